@@ -23,8 +23,8 @@ class FanCounts {
  public:
   explicit FanCounts(bool polygons = false);
   void add(std::span<const FanOperation> operations);
-  /// To be called when what was added is a sample of what the tables are for: each symbol that another patch
-  /// may have must have a place in the tables.
+  /// To be called when what was added is a sample of what the tables are for: what occurs in one context may
+  /// occur in all of them. Symbols that the sample lacks still have no place; can_write_fans() tells.
   void spread();
   /// Writes them to `side`.
   FanTables make_tables(RansEncoder& side) const;

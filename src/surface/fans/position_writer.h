@@ -80,7 +80,7 @@ class Writer {
 };
 
 /// Writes rows, dictionaries and tables for what a writer was told, to `side`, and returns the tables.
-/// `shared`: they are for other patches, too, so that every symbol must have a place.
+/// `shared`: they are for other patches, too, so that escapes have a place in every table.
 std::vector<StaticTables> write_side(Coding coding, const std::vector<Writer::Event>& events, bool shared,
                                      RansEncoder& side);
 std::vector<std::byte> write_symbols(const Coding& coding, const std::vector<Writer::Event>& events,

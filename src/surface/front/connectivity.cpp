@@ -19,9 +19,14 @@ namespace maille {
 namespace {
 
 // Highest bit of an origin in the encoder: the half-edge's vertex has a number in coded order already.
+// Vertices are below first_dummy (2^30), and dummies below 2^31, as each takes three half-edges of 2^31.
+// Points are taken to be below 2^31, too.
 constexpr uint32_t numbered = 0x80000000;
+// Splits up to so many steps from their gate are coded by steps, others by the number of the node. Part of
+// the format; chosen, not swept. It also bounds the walk of a decoder for each split.
 constexpr uint32_t near_steps = 256;
-/// Nodes looked at on either side for the next pivot.
+/// Nodes looked at on either side for the next pivot; part of the format (2e3ac33). No sweep is recorded; a
+/// window of 4, which the coder without mixing had, is gone.
 constexpr uint32_t pivot_window = 24;
 
 template <class T>
@@ -29,6 +34,9 @@ T clamped(T value, T low, T high) {
   return value < low ? low : value > high ? high : value;
 }
 
+/// Codes the faces of a closed surface, one component after the other. `surface` is what the encoder looks
+/// at, and what the decoder builds; `vertices` are filled on both sides. The decoder's work is bounded: each
+/// face takes half-edges, of which there are max_half_edges, and each list and node is made by a face.
 template <class Coder>
 class FrontCoder {
  public:
@@ -43,6 +51,7 @@ class FrontCoder {
   std::vector<bool> coded;  // by half-edge
   uint32_t point_count = 0;
   // Decoder only.
+  // The decoder refuses faces beyond so many half-edges, whatever its bytes say.
   uint32_t max_half_edges = 0;
   /// Room for half-edges, of which half_edges() are in use.
   void make_room();
@@ -51,7 +60,7 @@ class FrontCoder {
  private:
   static constexpr bool encoding = Coder::encoding;
 
-  /// Where on the front a vertex was found.
+  /// Where on the front a vertex was found, which only the encoder fills.
   struct Target {
     uint32_t node = none;
     uint32_t steps = none;  ///< along the front from the gate; none: too many
@@ -99,12 +108,16 @@ class FrontCoder {
   // Encoder: the node of each edge of the front, once searches have cost too much; see node_behind().
   std::vector<uint32_t> node_of_edge_;
   uint64_t searched_ = 0;
+  // Searches may look at so many nodes for each half-edge before all nodes are noted by edge: 1.5 million
+  // quads with many handles took 5.5 s before and 2.4 s since, encoded and decoded (8f12bfd). The table takes
+  // memory that most meshes need not spend. Chosen, not swept.
   static constexpr uint64_t most_searched = 16;
   uint32_t half_edges_ = 0;  // decoder
   uint32_t dummies_ = 0;
 };
 
-/// Gives the vertex of half-edge h the next number. In the encoder all corners around it learn it.
+/// Gives the vertex of half-edge h the next number; dummies count apart. In the encoder all corners around it
+/// learn it at once; in the decoder each corner learns it when its face comes.
 template <class Coder>
 uint32_t FrontCoder<Coder>::number_vertex(uint32_t h, bool dummy, uint32_t valence) {
   const uint32_t vertex = dummy ? first_dummy + dummies_++ : vertices_.size();
@@ -137,6 +150,7 @@ Result<uint32_t> FrontCoder<Coder>::begin_face(uint32_t h, uint32_t degree) {
     if (degree > max_degree) return corrupt("a face with too many edges");
     if (degree > max_half_edges - base) return corrupt("more faces than the patch may have");
     half_edges_ += degree;
+    // Room is made only for faces that were really decoded.
     if (half_edges_ > surface_.size()) make_room();
     if (!(header_.uniform_degree && header_.regular_degree == 3)) {
       for (uint32_t i = 1; i < degree; ++i) surface_.following.push_back(base + i);
@@ -155,12 +169,14 @@ void FrontCoder<Coder>::make_room() {
   surface_.opposite.resize(room, none);
 }
 
-/// Degree of the face at the gate behind `first`, of which `known` edges are on the front.
+/// Degree of the face at the gate behind `first`, of which `known` edges are on the front. It costs nothing
+/// where it follows: in surfaces of triangles, in uniform ones without border, and of border triangles.
 template <class Coder>
 Result<uint32_t> FrontCoder<Coder>::code_degree(uint32_t first, uint32_t known, uint32_t h) {
   if (header_.uniform_degree && header_.regular_degree == 3) return 3u;
   if (header_.uniform_degree && !header_.has_border) return header_.regular_degree;
   // A face with a dummy vertex is a border triangle.
+  // Both sides walk over the same known edges, so both see the same dummies.
   bool dummy = is_dummy(first);
   uint32_t last = first;
   for (uint32_t i = 0; i < known; ++i) {
@@ -184,6 +200,7 @@ bool FrontCoder<Coder>::code_on_front(uint32_t first, uint32_t end, bool on_fron
   return models_.code_on_front(coder_, on_front);
 }
 
+/// What both sides know around the gate, clamped so that sums of it cannot overflow and hashes stay few.
 template <class Coder>
 FrontView FrontCoder<Coder>::view(uint32_t first, uint32_t end) const {
   const auto regular = static_cast<int32_t>(header_.regular_valence);
@@ -199,7 +216,8 @@ FrontView FrontCoder<Coder>::view(uint32_t first, uint32_t end) const {
           FrontView::Node{relative(across), 0}};
 }
 
-/// A vertex the front has not met: is it a dummy, and how many edges has it? Returns its node.
+/// A vertex that the front has not met: is it a dummy, and how many edges has it? Returns its node, which has
+/// two edges less free: those of the face that it comes up in.
 template <class Coder>
 Result<uint32_t> FrontCoder<Coder>::code_new_vertex(uint32_t first, uint32_t h) {
   bool dummy = false;
@@ -244,6 +262,8 @@ auto FrontCoder<Coder>::find_on_front(uint32_t first, uint32_t h) -> Target {
     target.node = target.backward ? behind : ahead;
   }
   if (target.node == none) target.node = node_behind(edge);
+  // Faces that are not coded yet were crossed between this corner and the front: so many free edges lie
+  // behind the face.
   target.share = front_[target.node].free - 1 - crossed;
   return target;
 }
@@ -266,7 +286,7 @@ uint32_t FrontCoder<Coder>::node_behind(uint32_t edge) {
 }
 
 /// A vertex that is on the front: which of its nodes? By steps along the front where it is near, else by
-/// number.
+/// number. Only damaged bytes name the gate itself, or a vertex that is finished.
 template <class Coder>
 Result<uint32_t> FrontCoder<Coder>::code_front_node(uint32_t first, Target target) {
   uint32_t node = target.node;
@@ -286,9 +306,9 @@ Result<uint32_t> FrontCoder<Coder>::code_front_node(uint32_t first, Target targe
   return node;
 }
 
-/// Splits the gap of `node`, which the chain has just reached over `edge`: its part before the face goes to a
-/// new node, which closes the list behind the chain; `node` keeps the part behind. Returns whether the face
-/// goes on along the front.
+/// Splits the gap of `node`, which the chain has just reached over `edge`: the part before the face goes to a
+/// new node, which closes the list behind the chain; `node` keeps the part behind. If `node` was on another
+/// list, the same links merge both lists (Front). Returns whether the face goes on along the front.
 template <class Coder>
 Result<bool> FrontCoder<Coder>::split(uint32_t first, uint32_t node, uint32_t edge, uint32_t share) {
   const unsigned context = (is_dummy(node) ? 2u : 0u) + (front_[node].free > 2 ? 1u : 0u);
@@ -308,7 +328,7 @@ Result<bool> FrontCoder<Coder>::split(uint32_t first, uint32_t node, uint32_t ed
 
 /// The face goes on along the front behind `node`, whose half-edge in the face is h: takes edges of the front
 /// into the face as long as the vertices between them are finished. h and `left` (vertices still to come)
-/// move along. Returns the node where the face leaves the front.
+/// move along. Returns the node where the face leaves the front. `left` bounds the loop.
 template <class Coder>
 Result<uint32_t> FrontCoder<Coder>::follow_front(uint32_t first, uint32_t node, uint32_t& h, uint32_t& left) {
   do {
@@ -357,7 +377,8 @@ Result<> FrontCoder<Coder>::code_chain(uint32_t first, uint32_t end, uint32_t h,
 }
 
 /// One face at the gate from `pivot` to its next node. `first` becomes the node where the face leaves the
-/// front, none when it was the last of its list.
+/// front, none when it was the last of its list. The order is: degree, the edges that are on the front
+/// already, then the vertices between.
 template <class Coder>
 Result<> FrontCoder<Coder>::code_face(uint32_t pivot, uint32_t& first) {
   // Around a vertex with no free edges the face goes on along the front.
@@ -397,7 +418,8 @@ Result<> FrontCoder<Coder>::code_face(uint32_t pivot, uint32_t& first) {
 }
 
 /// The node with the fewest free edges near `from`, the nearest of them; dummies only when there is nothing
-/// else.
+/// else. Vertices that are nearly finished come first (Alliez and Desbrun 2001), so that fewer splits are
+/// needed.
 template <class Coder>
 uint32_t FrontCoder<Coder>::choose_pivot(uint32_t from) const {
   uint32_t best = from;
@@ -418,7 +440,8 @@ uint32_t FrontCoder<Coder>::choose_pivot(uint32_t from) const {
   return best;
 }
 
-/// Codes faces until the list of `pivot` and what splits off it are used up.
+/// Codes faces until the list of `pivot` and what splits off it are used up. Each turn codes a face, so
+/// half-edges bound it.
 template <class Coder>
 Result<> FrontCoder<Coder>::code_list(uint32_t pivot) {
   while (pivot != none) {
@@ -486,6 +509,8 @@ uint32_t most_frequent(const std::vector<uint32_t>& histogram) {
 ConnectivityHeader describe(const HalfEdges& surface, uint32_t real_half_edges, uint32_t point_count) {
   ConnectivityHeader header;
   header.has_border = surface.size() > real_half_edges;
+  // Degrees and valences from 63 on are one class. Whatever is called regular, files are valid; what occurs
+  // most makes them small.
   std::vector<uint32_t> degrees(64);
   for (uint32_t h = 0; h < real_half_edges;) {
     const unsigned degree = surface.degree(h);
@@ -493,6 +518,7 @@ ConnectivityHeader describe(const HalfEdges& surface, uint32_t real_half_edges, 
     h += degree;
   }
   header.regular_degree = std::max(most_frequent(degrees), 3u);
+  // All classes but one are empty, and the one that is left is no mixture.
   header.uniform_degree = std::count(degrees.begin(), degrees.end(), 0u) == 63 && header.regular_degree < 63;
   std::vector<uint32_t> uses(point_count);
   for (uint32_t h = 0; h < real_half_edges; ++h) ++uses[surface.origin[h]];
@@ -535,6 +561,7 @@ Result<DecodedConnectivity> decode_connectivity(const ConnectivityHeader& header
   result.vertices.corner.reserve(room / 6);
   RangeDecoder decoder(bytes);
   FrontCoder<RangeDecoder> coder(decoder, header, result.surface, result.vertices);
+  // Half-edges have 31 bits (most_patch_corners), so that sums of one and a degree do not overflow.
   coder.max_half_edges = std::min(max_half_edges, numbered - 1);
   for (uint32_t i = 0; i < header.components; ++i) MAILLE_CHECK(coder.code_component(none));
   result.surface.origin.resize(coder.half_edges());

@@ -27,9 +27,9 @@ struct SurfaceVertices {
   uint32_t size() const { return static_cast<uint32_t>(corner.size()); }
 };
 
-/// Codes a closed surface. On return `surface.origin` holds numbers of SurfaceVertices; `points` gives for
-/// each of them the number it had in `origin` before. `first_half_edges` lists the faces in coded order,
-/// border triangles included. Numbers from `point_count` on are dummies.
+/// What encode_connectivity() gives. On return `surface.origin` holds numbers of SurfaceVertices; `points`
+/// gives for each of them the number that it had in `origin` before. `first_half_edges` lists the faces in
+/// coded order, border triangles included.
 struct CodedConnectivity {
   ConnectivityHeader header;
   SurfaceVertices vertices;
@@ -37,14 +37,18 @@ struct CodedConnectivity {
   std::vector<uint32_t> first_half_edges;
   std::vector<std::byte> bytes;
 };
+/// Codes a closed surface, whose first `real_half_edges` half-edges belong to real faces; origins from
+/// `point_count` on are dummies. No errors. Time is linear but for splits, see FrontCoder::node_behind().
 CodedConnectivity encode_connectivity(HalfEdges& surface, uint32_t real_half_edges, uint32_t point_count);
 
-/// Inverse of encode_connectivity: faces in coded order, border triangles among them. Safe on any bytes: a
-/// closed surface or corrupt; work and memory are bounded by the bytes given, and by max_half_edges.
+/// Faces in coded order, border triangles among them; half-edges of a face follow one another.
 struct DecodedConnectivity {
   HalfEdges surface;
   SurfaceVertices vertices;
 };
+/// Inverse of encode_connectivity(). Safe on any bytes: a closed surface or corrupt; work and memory are
+/// bounded by the bytes given and by max_half_edges. `expected_half_edges` only says how much room to reserve
+/// at first.
 Result<DecodedConnectivity> decode_connectivity(const ConnectivityHeader& header, Bytes bytes,
                                                 uint32_t max_half_edges, uint32_t expected_half_edges);
 

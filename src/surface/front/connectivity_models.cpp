@@ -6,6 +6,8 @@ namespace maille {
 
 std::array<int32_t, 16> ConnectivityModels::initial_weights() {
   std::array<int32_t, 16> weights{};
+  // A quarter each to begin with, although there are ten contexts: the mixer learns from there. Chosen, not
+  // swept.
   for (unsigned i = 0; i < contexts; ++i) weights[i] = 65536 / 4;
   return weights;
 }
@@ -14,8 +16,10 @@ ConnectivityModels::ConnectivityModels() : mixer_(nodes, 16 * 4, nodes, initial_
   for (auto& table : tables_) table.resize(size_t{1} << table_bits);
 }
 
-/// Hashes of the contexts. On irregular meshes the sums of valences count, as valences balance each other;
-/// on machine parts the exact patterns.
+/// Hashes of the contexts. On irregular meshes the sums of valences count, as valences balance each other (on
+/// closed surfaces of triangles their mean is about 6); on machine parts the exact patterns do. One vertex
+/// that is finished on a side makes the one behind it a neighbour, too. The list is part of the format
+/// (14.3).
 void ConnectivityModels::look(const FrontView& view) {
   const auto& [q, p, r, s, w] = view;
   const auto real = [](const FrontView::Node& node) {
@@ -36,6 +40,7 @@ void ConnectivityModels::look(const FrontView& view) {
     ((hash = hashed(hash, static_cast<uint32_t>(values))), ...);
     hashes_[kind] = hash;
     groups_[kind] = &tables_[kind][hash >> (32 - table_bits)];
+    // The ten tables are larger than the first caches together.
     __builtin_prefetch(groups_[kind]);
     ++kind;
   };

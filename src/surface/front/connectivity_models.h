@@ -24,7 +24,8 @@ struct FrontView {
 };
 
 /// Many contexts are mixed for the decisions that cost most: valences, degrees, and whether the next vertex
-/// is on the front. Others have one adaptive model each.
+/// is on the front. Others have one adaptive model each. Both sides call the same functions in the same
+/// order; look() comes before each decision that is mixed.
 class ConnectivityModels {
  public:
   ConnectivityModels();
@@ -58,10 +59,14 @@ class ConnectivityModels {
   }
 
  private:
+  // Ten contexts and a constant are eleven of the mixer's sixteen inputs; the others are 0.
   static constexpr unsigned contexts = 10;
+  // Offsets beyond are so rare that their rest is a count without contexts. Views clamp valences to -20
+  // below, too.
   static constexpr unsigned most_steps = 20;
   static constexpr unsigned offset_nodes = 2 + 2 * most_steps;
   static constexpr unsigned nodes = 1 + 2 * offset_nodes;
+  // 2^13 groups of 32 bytes, 256 kB a context. No sweep is recorded.
   static constexpr unsigned table_bits = 13;
 
   template <class Coder>
@@ -74,6 +79,7 @@ class ConnectivityModels {
       if (!code_decision(coder, size > step, node + 2 + (up ? 0 : most_steps) + i)) return up ? step : -step;
     }
     const auto more = far_.code(coder, static_cast<uint32_t>(size) - most_steps - 1);
+    // Damaged bytes may give any count: cut to 30 bits, sums with the regular valence do not overflow.
     const auto far = static_cast<int32_t>((more & 0x3fffffff) + most_steps + 1);
     return up ? far : -far;
   }
@@ -95,6 +101,7 @@ class ConnectivityModels {
     Mixer<16>::Inputs inputs;
     inputs[0] = shortened(SignedLanes{logits[0], logits[1], logits[2], logits[3]},
                           SignedLanes{logits[4], logits[5], logits[6], logits[7]});
+    // 77 is a constant input, by which a mixer learns a bias; the mixed positions have the same one.
     inputs[1] = shortened(SignedLanes{logits[8], logits[9], 77, 0}, SignedLanes{});
     bit = coder.code(bit, mixer_.predict(inputs, node, free_class_ * 4 + (node < 3 ? node : 3), node));
     mixer_.update(bit);
@@ -103,7 +110,8 @@ class ConnectivityModels {
     return bit;
   }
 
-  /// The decisions that come most have their cells side by side.
+  /// The decisions that come most have their cells side by side, in one line of the cache; others are looked
+  /// up anew.
   static constexpr unsigned far_slot = 8;
   static unsigned slot_of(unsigned node) {
     constexpr unsigned below = 1 + 2 + most_steps;  // the first step down

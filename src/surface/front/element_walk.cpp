@@ -20,6 +20,7 @@ uint32_t ElementWalk::lowest_corner(uint32_t face) const {
   return lowest_corner_of(surface_, face);
 }
 
+/// No vertex is twice in a face, so the lowest is one corner.
 uint32_t lowest_corner_of(const PatchSurface& surface, uint32_t face) {
   const HalfEdges& edges = surface.half_edges;
   uint32_t lowest = surface.face(face);
@@ -48,6 +49,7 @@ CornerPair ElementWalk::pair_at(size_t i, uint32_t vertex) const {
   const HalfEdges& edges = surface_.half_edges;
   const uint32_t next = ring_[i + 1 < ring_.size() ? i + 1 : 0];
   CornerPair pair{ring_[i], next, edges.previous(ring_[i]), edges.next(next)};
+  // Corners of vertices to come, and dummies, whose numbers are higher than all vertices', are not known yet.
   if (edges.origin[pair.far_corner] >= vertex) pair.far_corner = pair.far_next = none;
   return pair;
 }

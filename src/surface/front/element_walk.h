@@ -27,7 +27,10 @@ struct CornerPair {
   uint32_t far_next;    ///< the same in the face of `next`
 };
 
-/// Visits the elements of a domain in coded order with their stencils: what both directions share.
+/// Visits the elements of a domain in coded order with their stencils: what both directions share. Normals
+/// and twins still go this way; other arrays have references by faces (corner_faces.h). The order of corners
+/// is that of vertices, around each from corner(V) on: half-edges are numbered differently on the two sides,
+/// so their numbers give no order.
 class ElementWalk {
  public:
   ElementWalk(const PatchElements& elements, const std::vector<uint32_t>& face_of)
@@ -148,8 +151,9 @@ class ElementWalk {
   void find_ring(uint32_t vertex);
   CornerPair pair_at(size_t i, uint32_t vertex) const;
 
-  /// Codes joined_; returns where the first wedge starts. Where the ring is closed, the last pair follows
-  /// from the others unless two of them or more are cut.
+  /// Codes joined_; returns where the first wedge starts. A ring that is closed has no cut, or two and more.
+  /// So the last pair follows from the others, unless two of them or more are cut: one cut alone would be
+  /// none.
   template <class CodeJoined>
   size_t code_joints(uint32_t vertex, CodeJoined code_joined) {
     const size_t size = ring_.size();

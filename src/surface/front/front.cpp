@@ -2,6 +2,8 @@
 
 namespace maille {
 
+/// Nodes that are not in use are taken again, the last one first, so that the array stays as small as the
+/// longest front.
 uint32_t Front::create(uint32_t vertex, uint32_t edge, uint32_t free) {
   uint32_t node = slots();
   if (unused_.empty()) {

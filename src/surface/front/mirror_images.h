@@ -20,12 +20,15 @@ struct MirrorPlane {
   int64_t sum = 0;
 };
 
-/// The plane in which the most pairs of points are images, if these are more than an eighth of all.
+/// The plane in which the most pairs of points are images, if more than an eighth of all points are in such
+/// pairs; `codes` are three for each point. Takes a sort of all points for each axis. Bytes at -9, 14 bits:
+/// makehuman 37,434 to 22,086, ogre 73,674 to 55,430 (337281d).
 template <class Code>
 std::optional<MirrorPlane> find_mirror_plane(std::span<const Code> codes);
 
-/// Known points and their images. That of a point to come is found by connectivity: beyond the edge that is
-/// the image of a parallelogram.
+/// Known points and their images. The image of a point to come is found by connectivity: it lies beyond the
+/// edge that is the image of an edge of the point's faces. Work for a point is bounded: 16 faces with two
+/// searches of 64 turns each, and 16 probes.
 template <class Code>
 class MirrorImages {
  public:
@@ -38,6 +41,7 @@ class MirrorImages {
 
   MirrorImages(const MirrorPlane& plane, const PatchSurface& surface, uint32_t points, std::span<Code> codes)
       : plane_(plane), surface_(surface), codes_(codes), partner_(points, none), vertex_of_(points, none) {
+    // At least twice as many places as points, so that probes stay short; at most 2^30.
     unsigned bits = 8;
     while (bits < 30 && (uint64_t{1} << bits) < uint64_t{points} * 2) ++bits;
     shift_ = 32 - bits;
@@ -132,8 +136,9 @@ class MirrorImages {
     const uint32_t vertex = surface_.half_edges.origin[h];
     return vertex < first_dummy ? surface_.point(vertex) : none;
   }
-  /// Of a face with a point, its neighbour, and the one behind that: the known point without image that lies
-  /// so beside their images, the other way round. `ahead`: the neighbour comes after the point.
+  /// For a face with a point, its neighbour in it, and the one behind that: returns the known point without
+  /// image that lies so beside their images, the other way round, as a mirror turns faces over. `ahead`: the
+  /// neighbour comes after the point.
   uint32_t beside(uint32_t neighbour, uint32_t behind, bool ahead, uint32_t point) const {
     const uint32_t a = number(neighbour), b = number(behind);
     if (a >= point || b >= point || partner_[a] == none || partner_[b] == none) return none;

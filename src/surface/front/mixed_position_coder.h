@@ -37,7 +37,7 @@ struct MixedCoding {
 };
 
 /// Position of a double among half octaves: floor(2 log2(x)), from -126 to 126. The mantissa is compared with
-/// that of sqrt(2), so nothing is computed that machines could round differently.
+/// that of sqrt(2) (0x6a09e667f3bcc), so that nothing is computed that machines could round differently.
 [[gnu::always_inline]] inline int half_octave(double x) {
   if (!(x > 1e-18)) return -126;
   if (x > 1e18) return 126;
@@ -53,6 +53,7 @@ inline double step_of(const NumberMap& map) {
     case NumberMap::Kind::lattice:
       return map.step;
     case NumberMap::Kind::decimal: {
+      // Divided step by step, as pow() differs between machines.
       double step = 1;
       for (int32_t i = 0; i < map.exponent; ++i) step /= 10;
       return map.factor == 0 ? step : step * map.factor;
@@ -67,7 +68,11 @@ inline double step_of(const NumberMap& map) {
 /// Codes the numbers of positions one decision after the other, each of the kind "is the code at least this
 /// one?", on an interval that shrinks. Four experts say how probable each side is, each with a mean and a
 /// scale; contexts say what happened before where things looked the same; repeats are whole codes that may
-/// come again.
+/// come again. A mixer adds the logits of all, with weights learnt while coding. One class serves both
+/// directions, docs/format.md, 14.6 and 14.7.
+///
+/// Doubles and floats in a fixed order of + - * / and sqrt, which IEEE rounds the same everywhere; all else
+/// are integers. Without `with_repeats` hashed contexts and repeats are left out.
 template <class Coder, class Code, bool with_repeats>
 class MixedPositionCoder {
  public:
@@ -124,19 +129,23 @@ class MixedPositionCoder {
   /// it costs 0 to 1.5 %, all of it up to 5 %.)
   static constexpr int32_t least_trust = 50000;
   static constexpr unsigned image_kind = 9;  ///< of repeats
-  /// Above this probability codes are asked first whether they are the centre itself.
+  /// Above this probability (of 65536) codes are asked first whether they are the centre itself. It changes
+  /// which decision comes first, so the format has it (14.7). Chosen, not swept.
   static constexpr uint16_t often_exact = 40000;
   static constexpr unsigned scale_bins = 48;  ///< half octaves of the deviation, from 2^-3 to 2^20 units
   static constexpr unsigned scale_kinds = 16;
   static constexpr unsigned few_contexts = 48 * 16;
   static constexpr unsigned nodes = 132;
 
-  /// About five buckets for each point, in 2^12 to 2^20.
+  /// About five buckets for each point, in 2^12 to 2^20: the larger bound keeps the table at 16 MB. The
+  /// format's rule; not swept.
   static unsigned table_bits_for(uint32_t points) {
     unsigned bits = 12;
     while (bits < 20 && (uint64_t{1} << bits) < uint64_t{points} * 5) ++bits;
     return bits;
   }
+  /// Where learning begins (14.7): matches that are alive count most, then experts; contexts know nothing
+  /// yet. Chosen, not swept.
   static std::array<int32_t, inputs> initial_weights() {
     std::array<int32_t, inputs> weights;
     weights.fill(65536 / 25);
@@ -152,6 +161,7 @@ class MixedPositionCoder {
     return curved_value(code, axis);
   }
   double curved_value(Wide code, unsigned axis) const {
+    // Squares of differences stay finite in doubles.
     constexpr double farthest = 1e30;
     const double value = curved_[axis]->value_of(type_, static_cast<int64_t>(code)) / coding_.unit;
     return value < farthest ? value > -farthest ? value : -farthest : farthest;
@@ -165,6 +175,7 @@ class MixedPositionCoder {
     if (curved_[axis]) return static_cast<Wide>(curved_[axis]->nearest_code(type_, value * coding_.unit));
     const double code = std::floor(value * inverse_step_[axis] + 0.5);
     constexpr double most = sizeof(Code) == 4 ? 2147483647.0 : 9.2e18;
+    // The comparisons also send NaN to an end: a conversion of what does not fit would be undefined.
     return code > -most ? code < most ? static_cast<Wide>(code) : static_cast<Wide>(most)
                         : static_cast<Wide>(-most);
   }
@@ -198,7 +209,8 @@ class MixedPositionCoder {
       has_image_ = has_image_ && image_[k] >= low_end_[k] && image_[k] <= high_end_[k];
     return has_image_;
   }
-  /// All that is expected lies at the image, as surely as variances can say.
+  /// All that is expected lies at the image, as surely as variances can say: 0.05 is what find_variance()
+  /// adds to each.
   const PositionPrediction& at_image(const PositionPrediction& prediction) {
     at_image_ = prediction;
     Vector3 place;
@@ -216,14 +228,16 @@ class MixedPositionCoder {
       const Wide off = codes_[at(point, k)] - image_[k];
       right = right && off <= 1 && off >= -1;
     }
+    // The mean of the last sixteen or so.
     trust_ += ((right ? 65536 : 0) - trust_) >> 4;
   }
 
   size_t at(uint32_t point, unsigned axis) const { return size_t{point} * 3 + axis; }
 
   /// Mean and variance of this axis given the axes coded before it: the formula of conditional normal
-  /// distributions, with the 1 x 1 and 2 x 2 cases written out. If the axes before are almost dependent, the
-  /// determinant is rounding error and they are not used.
+  /// distributions (mean + S_ab S_bb^-1 (b - mean b), S_aa - S_ab S_bb^-1 S_ba), with the 1 x 1 and 2 x 2
+  /// cases written out. If the axes before are almost dependent, the determinant is rounding error and they
+  /// are not used.
   void condition(const std::array<Vector3, 3>& s) {
     const auto& axes = prediction_->axes;
     double variance = s[axis_][axis_];
@@ -244,6 +258,8 @@ class MixedPositionCoder {
         variance -= factor[0] * ca + factor[1] * cb;
       }
     }
+    // Rounding to whole units alone has a variance of 1/12; an estimate below 0.03 says more than can be
+    // known.
     deviation_ = std::sqrt(variance > 0.03 ? variance : 0.03);
     for (unsigned j = 0; j < experts; ++j) {
       double mean = prediction_->mean[j][axis_];
@@ -268,13 +284,17 @@ class MixedPositionCoder {
              spread_bin_, p.valence_class, apart + 8 * (edge_bin_ > 12)};
     for (unsigned j = 0; j < experts; ++j) {
       const double ratio = static_cast<double>(scales_[j][scale_place(j)]);
+      // A logistic distribution has the standard deviation pi / sqrt(3) = 1.81 times its scale: 0.55 is its
+      // inverse.
       const double scale = 0.55 * deviation_ * ratio;
+      // distribution() takes 4096ths of a scale.
       inverse_scale_[j] = static_cast<float>(4096 / (scale > 0.01 ? scale : 0.01));
       if (j == experts - 1) scale_ = scale > 0.01 ? scale : 0.01;
     }
     low_ = SignedLanes{};
     high_ = SignedLanes{} + (1 << 30);
   }
+  /// Each expert has ratios by another property of the place, so that they are wrong at different places.
   unsigned scale_place(unsigned j) const { return scale_bin_ * scale_kinds + kind_[j]; }
 
   void set_up_contexts() {
@@ -283,6 +303,8 @@ class MixedPositionCoder {
                  &few_[1][((edge_bin_ >> 1) * scale_bins + scale_bin_) * nodes]};
     if constexpr (with_repeats) set_up_hashes();
   }
+  /// What these contexts see is exact: whether the same shape came before, bit for bit. Part of the format
+  /// (14.7, "Contexts").
   void set_up_hashes() {
     const PositionPrediction& p = *prediction_;
     const auto seed = [&](uint32_t kind) { return hashed(kind * 4 + axis_, 0x1234567u); };
@@ -320,7 +342,8 @@ class MixedPositionCoder {
     return static_cast<uint32_t>(residuals_[at(point, axis)]);
   }
   double along(uint32_t point) const { return predictor_.position(point)[axis_]; }
-  /// A difference of numbers as bits.
+  /// A difference of numbers as bits; as a float, so that noise of the last bits of doubles does not make a
+  /// context of its own. -0 is 0.
   static uint32_t exact(double difference) {
     const auto narrow = static_cast<float>(difference);
     uint32_t bits;
@@ -345,6 +368,7 @@ class MixedPositionCoder {
     }
     Wide low = low_end_[axis_];
     Wide high = high_end_[axis_];
+    // Only the encoder knows it; decisions of a decoder come from the stream.
     if constexpr (Coder::encoding) target_ = code;
     if constexpr (with_repeats) find_candidates(centre);
 
@@ -354,6 +378,7 @@ class MixedPositionCoder {
     side_ = up ? 1 : 0;
     // Distances from 1 on either side; their class is the number of bits below the top one.
     const Wide origin = up ? centre - 1 : centre;
+    // Distances have at most as many bits as codes and one more, so the loops below end.
     const unsigned most_class = 8 * sizeof(Code);
     const auto threshold = [&](unsigned c) {  // the first code of class c, seen from the centre
       const Wide distance = Wide{1} << c;
@@ -416,6 +441,8 @@ class MixedPositionCoder {
     return ask(at_least, low, high, slot, type, 2 + side_ * 16 + (k < 15 ? k : 15));
   }
 
+  /// Halves the interval of the class until one code is left. Contexts begin anew every third bit, up to the
+  /// sixth: below, bits of irregular meshes are noise, and buckets would be wasted on them.
   void code_mantissa(unsigned c, Wide& low, Wide& high) {
     unsigned prefix = 1;
     for (unsigned i = 0; low < high; ++i) {
@@ -472,7 +499,9 @@ class MixedPositionCoder {
     for (unsigned i = 0; i < contexts; ++i) buckets_[i] = &table_.find(hashes[i]);
   }
 
-  /// Is the code at least `at_least`? The interval from low to high shrinks to the side that is.
+  /// Is the code at least `at_least`? The interval from low to high shrinks to the side that is. Decisions
+  /// whose answer follows from the interval cost nothing and teach nothing. low <= code <= high always holds,
+  /// so the interval is never empty, whatever the bytes.
   bool ask(Wide at_least, Wide& low, Wide& high, unsigned slot, unsigned type, unsigned few,
            bool hashed_too = true) {
     if (at_least <= low) return true;
@@ -481,12 +510,15 @@ class MixedPositionCoder {
     constexpr auto most = static_cast<float>(largest_deviation);
     const FloatLanes deviation =
         clamp_lanes((where - relative_mean_) * inverse_scale_, FloatLanes{} - most, FloatLanes{} + most);
+    // Clamped before, so that the conversion is defined.
     const SignedLanes place = __builtin_convertvector(deviation, SignedLanes);
     const SignedLanes between = {distribution(place[0]), distribution(place[1]), distribution(place[2]),
                                  distribution(place[3])};
     const SignedLanes above = high_ - between;
     const SignedLanes below = between - low_;
     const SignedLanes by_experts =
+        // What an expert says is the ratio of what its distribution has above and below, within the interval
+        // that is left; at least 1 each, as its logarithm is taken.
         logit_of_ratio(above > 1 ? above : SignedLanes{} + 1, below > 1 ? below : SignedLanes{} + 1);
     typename Mixer<inputs>::Inputs logits;
     if (!hashed_too) slot = 0;
@@ -540,7 +572,7 @@ class MixedPositionCoder {
     return bit;
   }
 
-  /// Codes that may come again as they are.
+  /// Codes that may come again as they are, in the order in which equal ones count (14.7, "Matches").
   void find_candidates(Wide centre) {
     const PositionPrediction& p = *prediction_;
     const Neighbourhood& around = predictor_.neighbourhood();
@@ -578,7 +610,8 @@ class MixedPositionCoder {
     const auto& all = coding_.dictionaries;
     return with_repeats && all[0].size() + all[1].size() + all[2].size() > 0;
   }
-  /// The entry nearest to what is expected, and that on its other side.
+  /// The entry nearest to what is expected, and the one on the other side of that. Where in the gap the
+  /// expected number lies, and how wide the gap is beside the deviation, says how probable each is.
   void add_entries() {
     const Dictionary& dictionary = coding_.dictionaries[axis_];
     if (dictionary.size() == 0) return;
@@ -615,6 +648,8 @@ class MixedPositionCoder {
     entries_ = entries_ << 1 | (entry ? 1 : 0);
   }
 
+  // The mean of |error| / deviation of each expert, of about the last 33 numbers of this kind: 0.03 a step.
+  // Errors beyond 20 deviations are edges, and count as 20. Both are in the format (14.7); not swept.
   void learn_scales() {
     const double where = value(codes_[at(point_, axis_)], axis_);
     const double inverse = 1 / deviation_;

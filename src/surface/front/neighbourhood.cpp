@@ -3,6 +3,8 @@
 namespace maille {
 namespace {
 
+/// One turn around the vertex, from corner(V) on, which both sides have; what is known are vertices before
+/// it.
 class Search {
  public:
   Search(const PatchSurface& surface, uint32_t vertex, Neighbourhood& found)

@@ -20,6 +20,8 @@ struct WideParallelogram {
 /// What the best effort levels know around a vertex before its position, by points; see ElementStencil for
 /// the narrow form.
 struct Neighbourhood {
+  // Parallelograms and neighbours beyond do not count: what is done for a vertex stays bounded. Chosen, not
+  // swept.
   static constexpr unsigned most_parallelograms = 8;
   static constexpr unsigned most_ring = 16;
 
@@ -33,6 +35,8 @@ struct Neighbourhood {
   bool border = false;
 };
 
+/// Fills `found`, which the caller reuses from vertex to vertex. In the order of turn(), so the same on both
+/// sides.
 void find_neighbourhood(const PatchSurface& surface, uint32_t vertex, Neighbourhood& found);
 
 }  // namespace maille

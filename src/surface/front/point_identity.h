@@ -21,7 +21,7 @@ std::vector<std::byte> encode_point_identity(const HalfEdges& surface, const Sur
                                              std::span<const uint32_t> original,
                                              std::vector<uint32_t>& point_of, uint32_t& point_count);
 
-/// Inverse. Safe on any bytes.
+/// Inverse. Safe on any bytes: each vertex is a new point or one that is there. Error: corrupt.
 Result<> decode_point_identity(const HalfEdges& surface, const SurfaceVertices& vertices, Bytes bytes,
                                std::vector<uint32_t>& point_of, uint32_t& point_count);
 

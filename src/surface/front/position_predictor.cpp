@@ -49,6 +49,8 @@ PositionPredictor::PositionPredictor(const PatchSurface& surface, const VertexRi
       smooth_(surface, rings),
       positions_(points),
       points_(points),
+      // By valence class and ring_class(); the others by number of parallelograms, valence and whether the
+      // ring is open.
       by_ring_(8 * 8),
       by_parallelograms_(4 * 5 * 2) {
   for (auto& square : class_square_) square = {1, 1, 1};
@@ -62,6 +64,9 @@ const PositionPrediction& PositionPredictor::predict_other() {
   return result_;
 }
 
+/// The order of steps is that of the format (14.6). Four experts come out: parallelograms corrected by least
+/// squares, the smoothest surface, angles, and the mean of the first and of parallelograms corrected by the
+/// ring's weights, which is the expected position.
 const PositionPrediction& PositionPredictor::predict(uint32_t vertex) {
   vertex_ = vertex;
   find_neighbourhood(surface_, vertex, around_);
@@ -189,6 +194,7 @@ void PositionPredictor::gather() {
   arc_ends_ = end_count > 0 ? ends * (1.0 / end_count) : mean_ring_;
 }
 
+/// The normal is the sum of the faces across, as long as their areas: large faces count more.
 void PositionPredictor::find_frame() {
   Vector3 normal;
   for (unsigned i = 0; i < around_.parallelogram_count; ++i) {
@@ -221,6 +227,8 @@ void PositionPredictor::find_tangents(const Vector3& direction, Vector3 ahead) {
   frame_ = {normal, tangent, cross(normal, tangent)};
 }
 
+/// An inner point's angles sum up to about 2 pi, so what is left is shared by the faces to come; at a border,
+/// or where all are known, the mean of those known. The bounds, 17 to 103 degrees, keep a tip near its edge.
 double PositionPredictor::expected_angle(const Point& point) const {
   if (point.border || point.angles >= point.faces) {
     return point.angles == 0 ? regular_angle
@@ -230,7 +238,9 @@ double PositionPredictor::expected_angle(const Point& point) const {
 }
 
 /// The tip of a triangle on the parallelogram, in the plane of the face across, with the angles that are
-/// left.
+/// left. Angles are scaled so that they sum up to pi. With the edge as base, the foot lies at cot a / (cot a
+/// + cot b) of it, the height is 1 / (cot a + cot b) of its length. False where the triangle would be a
+/// sliver, or the face across has no area.
 bool PositionPredictor::angle_tip(const WideParallelogram& parallelogram, Vector3& tip) const {
   double at_a = expected_angle(points_[parallelogram.a]);
   double at_b = expected_angle(points_[parallelogram.b]);
@@ -278,6 +288,9 @@ Vector3 PositionPredictor::smooth_prediction(uint32_t vertex) {
   return dot(apart, apart) < 25 * result_.edge * result_.edge ? found : result_.mean_parallelogram;
 }
 
+/// Twelve vectors that may say where the position is off the mean parallelogram; each direction of the frame
+/// has weights of its own, as what lies along the normal behaves otherwise than what lies along the surface.
+/// With eight features quality fell by 0.1 to 1 %, for 3 % of the time (be83a6c).
 void PositionPredictor::find_features() {
   const Vector3& base = result_.mean_parallelogram;
   const Vector3 nothing;
@@ -302,6 +315,7 @@ void PositionPredictor::find_features() {
   }
 }
 
+/// The mean valence of known neighbours, in halves from 4 to 7.5; 6 where nothing is known.
 unsigned PositionPredictor::ring_class() const {
   uint32_t sum = 0;
   for (unsigned i = 0; i < around_.ring_count; ++i) sum += std::min(points_[around_.ring[i]].faces, 20u);
@@ -369,6 +383,7 @@ void PositionPredictor::learn(uint32_t number, const Vector3& where) {
     point.square[k] = static_cast<float>(std::min(square, 1e30));
     error += point.square[k];
     double& mean = class_square_[result_.parallelogram_class][k];
+    // A mean over about the last hundred points of the class; part of the format, not swept.
     mean += (point.square[k] - mean) * 0.01;
     point.residual[k] = bounded(residual[k], -farthest, farthest);
   }
@@ -389,6 +404,8 @@ void PositionPredictor::learn_weights(const Vector3& position) {
   if (!(dot(residual, residual) < 400 * variance)) return;
   for (unsigned k = 0; k < 3; ++k) {
     const auto along = static_cast<float>(dot(target, frame_[k]));
+    // Weighted least squares: errors are divided by their deviation; the constant keeps exact regions from
+    // ruling all others.
     const auto certainty = static_cast<float>(1 / std::sqrt(variance_[k] + 0.5));
     (*ring_weights_)[k].learn(features_[k], along, certainty);
     (*parallelogram_weights_)[k].learn(features_[k], along, certainty);

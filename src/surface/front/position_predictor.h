@@ -33,14 +33,17 @@ struct PositionPrediction {
 
 /// Predicts positions from those known around them, and learns from what they turn out to be: the smoothest
 /// surface, triangle angles, online least squares, local variances. Deterministic, and finite for any
-/// positions (which it clamps).
+/// positions (which it clamps to 1e30). predict() and learn() must alternate, in coded order; docs/format.md,
+/// 14.6.
 class PositionPredictor {
  public:
   PositionPredictor(const PatchSurface& surface, const VertexRings& rings, uint32_t points);
 
+  /// What is expected at a vertex, from points before it. The reference stays valid until the next call.
   const PositionPrediction& predict(uint32_t vertex);
   /// For points outside the surface: like the one before.
   const PositionPrediction& predict_other();
+  /// The position is known now, as the decoder has it; the prediction before was for it.
   void learn(uint32_t point, const Vector3& position);
 
   const Vector3& position(uint32_t point) const { return positions_[point]; }

@@ -15,6 +15,7 @@ namespace maille {
 template <class Wide>
 class RepeatCandidates {
  public:
+  // Kinds are those of the format (14.7, "Matches"); three vectors of four logits hold them.
   static constexpr unsigned kinds = 12;
   static constexpr unsigned types = 16;
   /// Kinds from this one on are entries of dictionaries: their cells have other contexts.
@@ -39,6 +40,7 @@ class RepeatCandidates {
   }
 
   bool any() const { return count_ > 0; }
+  /// Each candidate that is alive says its side, as surely as its kind was right at such decisions.
   [[gnu::always_inline]] void say(Wide at_least, unsigned type, Logits& logits) const {
     for (unsigned i = 0; i < count_; ++i) {
       const Candidate& candidate = live_[i];
@@ -46,6 +48,7 @@ class RepeatCandidates {
       logits[candidate.kind / 4][candidate.kind % 4] = candidate.code >= at_least ? logit : -logit;
     }
   }
+  /// A candidate that was on the wrong side is dead: it cannot be the code any more.
   [[gnu::always_inline]] void learn(Wide at_least, unsigned type, bool bit) {
     unsigned still = 0;
     for (unsigned i = 0; i < count_; ++i) {
@@ -64,6 +67,7 @@ class RepeatCandidates {
       WideCell& cell = cells_[live_[i].cells + whole];
       const uint32_t p = cell.probability;
       bool right = target == live_[i].code;
+      // Probabilities stay off 0 and 1, so that a surprise costs ten bits at most.
       right = coder.code(right, p < 64 ? 64 : p > 65472 ? 65472 : p);
       cell.update(right);
       if (!right) continue;
@@ -85,6 +89,7 @@ class RepeatCandidates {
 
  private:
   static constexpr unsigned fits = 8;
+  // around, sharpness and part: see add_entry().
   static constexpr unsigned entry_places = 32 * 8 * 8;
 
   /// Of two that are the same the first one counts.

@@ -53,6 +53,9 @@ class SmoothSurface {
   bool predict(uint32_t vertex, std::span<const Vector3> positions, const Vector3& base, Vector3& found);
 
  private:
+  // Edges up to which unknown vertices count. Four edges, or more than 48 unknowns, gained 0.2 % for 15 % of
+  // the time (be83a6c). The other bounds keep the work for a vertex constant: eliminating an unknown changes
+  // at most 48 * 48 / 2 numbers.
   static constexpr unsigned radius = 3;
   static constexpr unsigned most_unknown = 48;
   static constexpr unsigned most_members = 192;
