@@ -39,7 +39,8 @@ struct Box {
   Vector3 low, high;
 };
 
-/// Where parts of a mesh are wanted; everywhere where nothing is said.
+/// Where parts of a mesh are wanted: the intersection of all that is given; everywhere where nothing is said.
+/// In the units of the mesh's positions.
 struct Region {
   std::optional<Box> box;
   std::optional<Sphere> sphere;
@@ -50,6 +51,8 @@ struct Region {
   };
   std::vector<Plane> planes;
 
+  /// May the region have a point of it? False is sure; true may be wrong where box, sphere and planes are met
+  /// each, but nowhere together.
   bool meets(const Sphere& other) const;
   bool meets(const Box& other) const;
 };

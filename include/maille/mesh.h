@@ -22,7 +22,7 @@ namespace maille {
 enum class Scalar : uint8_t { i8, u8, i16, u16, i32, u32, i64, u64, f32, f64 };
 inline constexpr unsigned scalar_count = 10;
 
-/// Bytes of one number: 1, 2, 4 or 8.
+/// Bytes of one number: 1, 2, 4 or 8. As for all enumerations here, the value must be one that has a name.
 size_t size_of(Scalar type);
 /// "i8" ... "f64".
 const char* name_of(Scalar type);
@@ -96,7 +96,7 @@ struct Array {
   }
 };
 
-/// An empty array with the given description.
+/// An array with the given description and no tuples; resize() makes room.
 Array make_array(std::string name, Domain domain, Scalar type, uint32_t components, Role role = Role::none);
 
 /// Cell types with VTK's numbers and VTK's order of nodes.
@@ -177,14 +177,17 @@ struct CellBlock {
   Buffer<uint32_t> face_sizes = {};
   Buffer<uint64_t> cell_faces = {};
 
-  /// Number of cells.
+  /// Number of cells: in constant time, from offsets or from the connectivity and the nodes of the type.
   uint64_t size() const;
-  /// Point numbers of one cell.
+  /// Point numbers of one cell, in VTK's order; of a polyhedron the corners of its faces. `i` is below
+  /// size(), and the block keeps the rules of validate(): nothing is checked here. Valid until the block
+  /// changes.
   std::span<const uint32_t> cell(uint64_t i) const;
   CellType type_of(uint64_t i) const {
     return type == CellType::mixed ? static_cast<CellType>(types[i]) : type;
   }
-  /// Corners of each face of a polyhedron; they add up to cell(i).size(). Empty for every other cell.
+  /// Corners of each face of a polyhedron; they add up to cell(i).size(). Empty for every other cell. `i` is
+  /// below size().
   std::span<const uint32_t> faces(uint64_t i) const;
 };
 

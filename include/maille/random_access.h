@@ -127,9 +127,12 @@ class File {
   File& operator=(File&&) noexcept;
   ~File();
 
+  /// Levels of detail, at least 1: 0 is the mesh itself, levels() - 1 the coarsest. `level` below is smaller
+  /// than this.
   uint32_t levels() const;
   uint64_t faces(uint32_t level) const;
   uint32_t charts(uint32_t level) const;
+  /// Around the whole mesh.
   Sphere sphere() const;
 
   /// The coarsest charts that keep within the limits, as far as they meet the region. Reads pages of the
@@ -177,9 +180,12 @@ class File {
 };
 
 /// The faces of a mesh that have a point in the region, with the points they use, arrays following; all else
-/// falls away.
+/// falls away. Faces are kept whole, not cut at the region's border, and keep their order. The mesh must be
+/// valid.
 Mesh clip(const Mesh& mesh, const Region& region);
 
+/// NVIDIA recommends 64 points and at most 126 triangles for mesh shaders (Kubisch 2018); 124 is the multiple
+/// of 4 below.
 inline constexpr uint32_t most_meshlet_points = 64;
 inline constexpr uint32_t most_meshlet_triangles = 124;
 

@@ -7,6 +7,7 @@
 namespace maille {
 
 /// Calls f with a value of the C++ type of `type`: with_type(array.type, [&](auto zero) { using T = ...; }).
+/// All ten calls must return the same type. The value is 0 and says nothing but its type.
 template <class F>
 decltype(auto) with_type(Scalar type, F&& f) {
   switch (type) {
