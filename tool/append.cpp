@@ -63,6 +63,7 @@ std::optional<double> time_of(const Mesh& mesh) {
 
 namespace {
 
+/// Reads a file that is one step, or one step of a file with several.
 Result<LoadedMesh> load_step(const Step& step, const AppendOptions& options, std::set<std::string>& said,
                              ProgressDisplay& progress) {
   if (!step.number) {
@@ -185,6 +186,7 @@ struct Met {
   std::set<std::string> arrays, said;  ///< names; notes
 };
 
+/// Appends one step as a whole, so a series that is interrupted keeps the steps before.
 Result<Appended> append_one(const AppendOptions& options, const Step& step, const Tolerances& tolerances,
                             Met& met) {
   const Stopwatch whole;

@@ -148,6 +148,7 @@ int run_batch(const std::vector<BatchItem>& items, const CommonOptions& common,
     if (!answer) {
       complain(answer.error().message);
       failures.push_back(answer.error().message);
+      // Any other error concerns this input only, and the rest may still succeed.
       if (answer.error().code == ErrorCode::cancelled) break;
       continue;
     }

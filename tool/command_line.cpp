@@ -22,6 +22,7 @@ namespace maille::tool {
 
 namespace {
 
+// Empty parts are left out, so "a,,b" or a comma at the end does no harm.
 std::vector<std::string> split(const std::string& text, char separator) {
   std::vector<std::string> parts;
   for (size_t start = 0; start < text.size();) {
@@ -66,6 +67,8 @@ CommandEntry entry_of(const Parser& parser) {
   return entry;
 }
 
+// Completions and manuals are generated from the parser itself, so they cannot name an option that does not
+// exist.
 std::string generated(const std::string& what, const CommandEntry& entry) {
   if (what == "bash") return bash_completion(entry);
   if (what == "zsh") return zsh_completion(entry);
@@ -88,7 +91,8 @@ Covariance covariance_of(const std::string& text) {
   return text == "gaussian" ? Covariance::gaussian : Covariance::rotation;
 }
 
-// "500M", "4G", "1.5GiB", "100000": powers of 1024, whichever way they are written.
+// "500M", "4G", "1.5GiB", "100000": units are powers of 1024, whichever way they are written. Sizes stay
+// below 2^63, so that sums of two of them do not wrap around.
 Result<uint64_t> parse_size(const std::string& option, const std::string& text) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -128,6 +132,7 @@ Options with_arrays(Options options, const Parser& parser, const std::string& ve
   return options;
 }
 
+/// Turns the parsed words into the options of a verb, so that verbs need not parse text. Error: usage.
 Result<Command> command_of(const Parser& parser, const std::string& verb) {
   const Raw& raw = parser.raw;
   if (verb == "compress") {
@@ -245,6 +250,7 @@ bool means_effort(const std::string& option) {
   return std::find(words.begin(), words.end(), option.substr(0, option.find('='))) != words.end();
 }
 
+// CLI11's own messages use its own terms. These name what the user wrote, and the nearest option there is.
 std::string about_unknown_option(const CLI::App& verb, const std::string& option) {
   if (verb.get_name() == "compress" && (is_effort_like(option) || means_effort(option)))
     return fmt::format("there is no level '{}'; levels are -1 (fast) to -9 (small)", option);
@@ -295,6 +301,7 @@ Result<Command> parse_command_line(int argc, const char* const* argv) {
   if (words.empty()) {
     return failure(ErrorCode::usage, "no verb given; 'maille --help' lists them");
   }
+  // "maille help compress" is "maille compress --help".
   if (words.front() == "help") {
     words.erase(words.begin());
     words.push_back("--help");

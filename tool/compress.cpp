@@ -24,7 +24,8 @@ namespace maille::tool {
 
 namespace {
 
-// No date, no folder, no threads: the same input and settings give the same file anywhere.
+// There is no date, no folder and no number of threads in it: the same input and settings give the same file
+// anywhere. Bounds are recorded because they cannot be recovered from a mesh that was rounded.
 std::string provenance_of(const CompressOptions& options) {
   const std::string& input = options.series.empty() ? options.input : options.series;
   const size_t slash = input.rfind('/');
@@ -66,6 +67,7 @@ Result<> check(const CompressOptions& options, const std::string& output) {
                     "or use `maille convert` to write {}",
                     output, *format, *format));
   }
+  // The output is no gzip file, and programs that go by the name would refuse it.
   if (output.ends_with(".gz")) {
     return failure(ErrorCode::usage,
                    fmt::format("{}: .maille files are packed as they are; leave the .gz away", output));
@@ -88,7 +90,8 @@ struct Compressed {
   std::optional<AppendedSteps> steps = {};
 };
 
-/// What normals take, if that is much: programs that show or print a mesh compute them by themselves.
+/// Says what normals take if it is a quarter of the file or more: programs that show or print a mesh compute
+/// them.
 std::string hint_at_normals(const EncodeReport& report) {
   for (const ArrayReport& array : report.arrays) {
     if (array.name != "normal" || !array.lossless || array.coded_bytes < report.file_bytes / 4) continue;
@@ -136,6 +139,7 @@ Result<std::unique_ptr<Sink>> open_sink(const CompressOptions& options, const st
   return open_output({output, options.input, options.force, true});
 }
 
+/// Compresses a file that is read in parts and may be larger than memory.
 Result<Compressed> compress_parts(InputInParts& input, const CompressOptions& options,
                                   const Tolerances& asked, const std::string& output) {
   const Tolerances tolerances =
@@ -155,6 +159,7 @@ Result<Compressed> compress_parts(InputInParts& input, const CompressOptions& op
   return Compressed{std::move(report), input.bytes, surface ? "face" : "cell"};
 }
 
+/// Recodes a stream as a stream, with memory for the front only.
 Result<Compressed> compress_cells(InputStream& input, const CompressOptions& options, const Tolerances& asked,
                                   const std::string& output, Executor* executor) {
   const Tolerances tolerances =
@@ -196,6 +201,7 @@ uint64_t input_bytes(const Input& input) {
   return bytes;
 }
 
+/// Compresses a mesh that is held in memory, which is the usual way.
 Result<Compressed> compress_whole(const Input& input, const CompressOptions& options, Tolerances asked,
                                   const std::string& output) {
   const auto sink = TOOL_TRY(open_sink(options, output));
@@ -236,6 +242,9 @@ Result<Compressed> compress_whole(const Input& input, const CompressOptions& opt
   return Compressed{std::move(report), input_bytes(input), volume ? "cell" : "face"};
 }
 
+/// Tries the ways from the least memory to the most: in parts if the input can be read so, from stream to
+/// stream if it is a .maille stream, and otherwise with the whole mesh in memory. An empty value means that a
+/// way does not apply.
 Result<Compressed> compress(const CompressOptions& options, const Tolerances& tolerances,
                             const std::string& output) {
   auto parts = TOOL_TRY([&] {
@@ -246,6 +255,8 @@ Result<Compressed> compress(const CompressOptions& options, const Tolerances& to
     parts->mesh = TOOL_TRY(select_arrays(options.arrays, std::move(parts->mesh), input_name(options.input)));
     return compress_parts(*parts, options, tolerances, output);
   }
+  // Standard input cannot be read twice, so the bytes that were read to recognise a stream are passed on to
+  // the next way.
   std::vector<std::byte> begin;
   const bool may_be_stream = (options.input_format.empty() || options.input_format == "maille") &&
                              (!options.mode || options.mode == Mode::stream) && options.arrays.takes_all() &&
@@ -297,7 +308,9 @@ Result<int> run(const CompressOptions& options) {
 
 namespace {
 
-/// The mesh and its steps under another name, so that the output is whole when it is there.
+/// Writes the mesh and its steps under another name first, so that the output is complete when it appears.
+/// That name is in the same folder, because a rename cannot cross file systems; if the output is a link, its
+/// target is replaced and the link stays.
 Result<Compressed> compress_with_steps(CompressOptions options, const Tolerances& tolerances,
                                        const std::string& output, const Series& series) {
   TOOL_CHECK(check_output({output, series.name, options.force, true}));

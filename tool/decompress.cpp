@@ -53,6 +53,7 @@ Result<uint64_t> step_of(const DecompressOptions& options, const Source& source)
   const FileInfo info = TOOL_TRY(inspect(source));
   std::vector<double> times;
   for (const FileTime& time : times_of(info)) {
+    // The comparison is exact: times are printed with as many digits as a double needs to be read back.
     if (time.time == *options.time) return time.step;
     times.push_back(time.time);
   }
@@ -75,6 +76,7 @@ Result<uint64_t> step_of(const DecompressOptions& options, const Source& source)
                                                info.steps.size())));
 }
 
+/// An unknown name is an error, not an output without that array, because it is mostly a typing mistake.
 Result<> check_arrays(const Source& source, const std::vector<std::string>& wanted, uint64_t step) {
   const FileInfo info = TOOL_TRY(inspect(source));
   std::vector<std::string> known;
@@ -203,6 +205,8 @@ bool was_a_case(const std::string& path, const DecompressOptions& options) {
 
 namespace {
 
+// The output is written in parts where possible, which needs no memory for the whole mesh. Another format, a
+// step of time, --salvage or damage leads to the usual way.
 Result<int> decompress_one(const DecompressOptions& options) {
   if (const auto gltf = TOOL_TRY(open_compressed_gltf(options.input)))
     return decompress_gltf_file(options, *gltf);

@@ -52,6 +52,7 @@ bool is_folder(const std::string& path) {
   return status && S_ISDIR(status->st_mode);
 }
 
+// A terminal is refused, as it would wait for somebody to type a mesh.
 Result<std::unique_ptr<Source>> open_source(const std::string& path, uint64_t fetch_limit) {
   if (path == "-") {
     if (isatty(STDIN_FILENO) == 1) {
@@ -127,6 +128,7 @@ Result<> check_maille(const Input& input) {
                       input_name(input.path), *format));
     }
   }
+  // Servers and archives often pack everything. Without this check the decoder would report damage.
   if (starts_with(*input.source, gzip_magic)) {
     return failure(ErrorCode::usage, fmt::format("{}: is packed with gzip; unpack it first, e.g. with gunzip",
                                                  input_name(input.path)));
@@ -180,6 +182,7 @@ Result<LoadedMesh> load(const Input& input, const CommonOptions& common, Progres
   return loaded;
 }
 
+// thread_executor() takes 0 as the number of processors.
 Threads::Threads(unsigned count) : executor_(&serial_executor()) {
   if (count == 1) return;
   owned_ = thread_executor(count);
@@ -188,6 +191,8 @@ Threads::Threads(unsigned count) : executor_(&serial_executor()) {
 
 namespace {
 
+/// Two paths are the same file if device and inode are the same, which sees through links and mounts.
+/// Character devices are exempt: /dev/null may be both input and output.
 Result<> check_existing(const OutputRequest& request, const struct stat& status) {
   const auto input = status_of(request.input);
   if (input && input->st_dev == status.st_dev && input->st_ino == status.st_ino && !S_ISCHR(status.st_mode)) {
@@ -231,6 +236,7 @@ Result<> check_json_output(const CommonOptions& common, const std::string& outpu
                  "--json and the output '-' both want standard output; name an output file");
 }
 
+// This runs before the input is read: an hour of work must not end at a file that exists already.
 Result<> check_output(const OutputRequest& request) {
   if (request.folder) return check_folder(request);
   if (request.path == "-") {
@@ -271,6 +277,7 @@ bool looks_like_case(const std::string& path) {
 
 }  // namespace
 
+// An explicit format comes first, then the file's name, then what a folder looks like.
 Result<std::string> output_format(const std::string& path, const std::string& format,
                                   const std::string& fallback) {
   if (!format.empty()) return format;

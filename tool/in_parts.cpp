@@ -23,7 +23,8 @@ namespace maille::tool {
 
 namespace {
 
-/// Below, any order is found in memory: it is a little better.
+/// Meshes below this size are ordered in memory, which finds a slightly better order. The limit is chosen,
+/// not swept.
 constexpr uint64_t small_bytes = uint64_t{2} << 30;
 /// In $TMPDIR, else beside what is written: there is room for the result, at least.
 std::string scratch_folder(const std::string& output) {
@@ -34,6 +35,7 @@ std::string scratch_folder(const std::string& output) {
   return slash == std::string::npos ? "." : output.substr(0, slash + 1);
 }
 
+/// Reads cells up to the first solid. Volumes usually begin with one, but patches of faces may come first.
 Result<bool> has_volume(MeshSource& mesh) {
   CellPiece piece;
   constexpr uint64_t at_once = 1 << 14;
@@ -47,6 +49,8 @@ Result<bool> has_volume(MeshSource& mesh) {
 
 }  // namespace
 
+// --memory is a bound for the process, which takes WorkingSpace::of_process before it holds anything. Without
+// it half a gigabyte is for sorting: more makes fewer passes over temporary files.
 WorkingSpace space_for(const CommonOptions& common, const std::string& output, bool reorder) {
   WorkingSpace space;
   space.folder = scratch_folder(output);
@@ -118,7 +122,9 @@ std::optional<InputInParts> open_polymesh_in_parts(const CompressOptions& option
 /// Levels of detail of a mesh in memory take so much for each face, about.
 constexpr uint64_t random_bytes_of_face = 300;
 
-/// And a face of text or of STL so many bytes of a file, at least.
+/// The fewest bytes of a file that a face of text or of STL takes. The figure for text is low on purpose, so
+/// that a mesh that does not fit into memory is never taken for one that does; a face of binary STL has
+/// exactly 50.
 constexpr uint64_t text_bytes_of_face = 32;
 constexpr uint64_t stl_bytes_of_face = 50;
 
@@ -151,6 +157,8 @@ Result<std::optional<InputInParts>> open_surface_in_parts(const CompressOptions&
 
 }  // namespace
 
+// By default, glibc raises the size from which it takes memory directly from the system whenever such memory
+// is freed. Setting the threshold ends that.
 void keep_memory_small() {
 #ifdef __GLIBC__
   constexpr int large = 64 << 10;
@@ -248,6 +256,7 @@ Result<std::optional<InputInParts>> open_in_parts(const CompressOptions& options
   if (!solid && is_unreadable(solid.error())) return tl::unexpected(solid.error());
   if (!solid || !*solid) return std::nullopt;
   const MeshDescription& description = (*mesh)->description();
+  // What the mesh, its order and its coders take in memory, about.
   const uint64_t bytes = 64 * description.corners + 128 * description.points + (*source)->size();
   if (bytes < std::min(small_bytes, options.common.memory)) {
     if (cells_of_piece(options.pieces)) return std::nullopt;
@@ -278,6 +287,8 @@ Result<EncodeReport> compress_in_parts(InputInParts& input, Sink& sink, const En
   if (encoding.most_cells_per_part) return encode(mesh, sink, watched, space);
   space.delay = options.delay;
   const bool may_order = options.any_order && options.delay == 0;
+  // incoherence() estimates how many bits a cell the order costs. Meshes that were written in sweeps stay
+  // below 2, and sorting would not improve them.
   if (!may_order || TOOL_TRY(incoherence(mesh)) <= 2) {
     auto encoded = encode(mesh, sink, watched, space);
     if (encoded || !may_order || encoded.error().code != ErrorCode::memory_bound) return encoded;
@@ -310,6 +321,7 @@ bool goes_in_parts(const MeshDescription& mesh, const std::string& format, const
   const bool in_place = format == "vtu" ||
                         (format == "msh" && !options.ascii &&
                          std::find(mesh.metadata.begin(), mesh.metadata.end(), older) != mesh.metadata.end());
+  // What the mesh and its writer take in memory, about.
   const uint64_t for_cells = format == "polymesh" ? 600 : 32;  // their faces are sorted
   uint64_t bytes = 16 * mesh.corners + 64 * mesh.points + for_cells * mesh.cells;
   for (const Array& array : mesh.arrays) bytes += mesh.count_of(array) * array.tuple_size();

@@ -47,6 +47,7 @@ void install_signal_handlers() {
   for (const int signal : {SIGPIPE, SIGXFSZ}) std::signal(signal, SIG_IGN);
 }
 
+// Each verb has its own type of options and its own overload of run() (verbs.h).
 maille::Result<int> run(int argc, char** argv) {
   const auto command = maille::tool::parse_command_line(argc, argv);
   if (!command) return tl::unexpected(command.error());
@@ -55,6 +56,8 @@ maille::Result<int> run(int argc, char** argv) {
 
 }  // namespace
 
+// The exit code is the verb's answer or the code of its error. The library throws no exceptions of its own,
+// so only a refused allocation is caught here.
 int main(int argc, char** argv) {
   install_signal_handlers();
   try {

@@ -16,6 +16,8 @@ using Clock = std::chrono::steady_clock;
 
 namespace {
 
+// This is often enough to show that something happens, and seldom enough to be read. Shorter jobs show
+// nothing.
 constexpr double refresh_seconds = 0.5;
 
 enum class Look { none, line, lines, json };
@@ -95,6 +97,7 @@ void ProgressDisplay::State::update(const ProgressReport& report, double amount,
 
 void ProgressDisplay::State::show(double fraction, double amount, const std::string& unit) {
   const double elapsed = seconds_since(stage_start);
+  // The rate is that of the whole stage: rates of half a second would jump.
   const double rate = elapsed > 0 ? amount * fraction / elapsed : 0;
   const double left = fraction > 0 ? elapsed * (1 - fraction) / fraction : 0;
   if (look == Look::json) {

@@ -11,8 +11,8 @@
 namespace maille::tool {
 
 /// Shows on standard error how far a job has come: one line that is rewritten about twice a second on a
-/// terminal, a line per tenth elsewhere, or JSON lines. Copies share one display. May be called from several
-/// threads.
+/// terminal, a line per tenth elsewhere, or JSON lines. Functions of watch() share the display, and may be
+/// called from several threads.
 class ProgressDisplay {
  public:
   /// `automatic` shows progress only when standard error is a terminal.

@@ -222,6 +222,7 @@ double diagonal_of(const Mesh& mesh) {
 }  // namespace
 
 std::optional<std::string> note_of_size(const Tolerances& tolerances, const Mesh& mesh) {
+  // Chosen, not swept: an error of a hundredth is plain to see.
   constexpr double much = 0.01;  // of the diagonal
   if (!tolerances.positions || tolerances.positions->kind != Tolerance::Kind::absolute) return {};
   const double diagonal = diagonal_of(mesh), error = tolerances.positions->value;
@@ -268,6 +269,8 @@ std::vector<std::string> notes_of_ranges(const Tolerances& tolerances, const Mes
     if (found == tolerances.arrays.end() || found->second.kind != Tolerance::Kind::relative) continue;
     if (array.type != Scalar::f32 && array.type != Scalar::f64) continue;
     std::vector<double> values = widest_component(array);
+    // At most half a percent of the values, and at most eight: these may have been set by hand. Chosen, not
+    // swept.
     const size_t few = std::min<size_t>(values.size() / 200, 8);  // at either end
     if (few == 0) continue;
     const auto [least, greatest] = std::minmax_element(values.begin(), values.end());
@@ -277,6 +280,7 @@ std::vector<std::string> notes_of_ranges(const Tolerances& tolerances, const Mes
       return values[rank];
     };
     const double inner = ranked(values.size() - 1 - few) - ranked(few);
+    // Below half of the range, all other values lose at least one of the bits that were meant to be kept.
     if (inner >= range / 2) continue;
     notes.push_back(
         fmt::format("the bound of '{}' is a part of its range, {:.4g}, but all values except {} lie within "

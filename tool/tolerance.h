@@ -41,8 +41,7 @@ std::string bound_name(const std::string& text);
 bool means_same_array(const std::string& a, const std::string& b);
 
 /// The arrays that a name means: the one that has it; or those of a role, for what programs and formats call
-/// that
-/// ("uv", "COLOR_0", "normals"), of which there may be none. Error: usage, listing the arrays there are.
+/// that ("uv", "COLOR_0", "normals"), of which there may be none. Error: usage, listing the arrays there are.
 Result<std::vector<std::string>> arrays_called(const std::string& name, const std::vector<Array>& arrays,
                                                const std::string& input);
 

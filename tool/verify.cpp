@@ -105,6 +105,7 @@ Json json_of(const Verdict& verdict, const VerifyOptions& options) {
   return json;
 }
 
+/// Checksums come first, because they name every damaged chunk while decoding stops at the first one.
 Result<Verdict> judge_whole(const Input& input, const VerifyOptions& options) {
   Verdict verdict;
   verdict.damage = TOOL_TRY(verify_checksums(*input.source));
@@ -217,6 +218,8 @@ Result<std::optional<Verdict>> judge_pieces(const Input& input, const VerifyOpti
   return verdict;
 }
 
+// Without an original, streams are decoded as they arrive and pieces one after the other, so memory does not
+// limit what can be verified. With an original, both meshes are in memory.
 Result<Verdict> judge(const VerifyOptions& options) {
   std::vector<std::byte> begin;
   if (options.original.empty()) {

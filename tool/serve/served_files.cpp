@@ -68,6 +68,8 @@ std::optional<std::string> without_links(const std::string& path) {
   return result;
 }
 
+/// Anybody may choose the name of a file, so one that contains "<script>" must not run in a page of this
+/// server.
 std::string html(const std::string& text) {
   std::string result;
   for (const char c : text) {
@@ -127,6 +129,8 @@ std::optional<std::string> ServedFiles::find(const std::string& path, bool folde
   // The one file may have any name; it was named.
   if (!only_.empty() && path != "/" + only_) return std::nullopt;
   if (path.empty() || path[0] != '/' || (only_.empty() && is_hidden(path))) return std::nullopt;
+  // Links are resolved first and the result is compared with the root, so no spelling (a "..", a link, a link
+  // to a link) leads out.
   const auto real = without_links(root_ + path);
   if (!real) return std::nullopt;
   const bool below = *real == root_ || (real->size() > root_.size() && (*real)[root_.size()] == '/' &&

@@ -20,6 +20,8 @@ namespace maille::tool {
 
 namespace {
 
+// Each connection has a thread, and most of these wait. A browser opens six, so this serves about forty
+// viewers at once.
 constexpr size_t most_connections = 256;
 
 struct ByteRange {
