@@ -12,9 +12,12 @@
 namespace maille {
 namespace {
 
+// Below this the fast levels write descriptions as they are: decoding one takes 3.5 of the 70 microseconds of
+// a mesh of 4,000 triangles (230f8d1). A larger bound would cost bytes that small files notice.
 constexpr size_t short_bytes = 96;
 
-/// Arrays by twin stand behind the domains.
+/// Writes the domain; arrays by twin stand behind the domains, as one more value. Reading, it sets both
+/// fields.
 template <class Visitor, class Array>
 void visit_domain(Visitor& v, Array& array) {
   uint8_t where = array.by_twin ? uint8_t{domain_count} : static_cast<uint8_t>(array.domain);
@@ -25,6 +28,8 @@ void visit_domain(Visitor& v, Array& array) {
   }
 }
 
+/// The one list of an array's fields, for writer and reader (docs/format.md, "Description"). Bounds are part
+/// of the format.
 template <class Visitor, class Array>
 void visit_array(Visitor& v, Array& array) {
   v.text(array.name);
@@ -34,7 +39,8 @@ void visit_array(Visitor& v, Array& array) {
   v.choice(array.role, role_count);
   v.list(array.labels, [&](auto& label) { v.text(label); });
   if (array.domain == Domain::mesh) v.count(array.mesh_tuples, none - 1);
-  // Only what was asked, no measured error: a mesh decoded and encoded again must give the same bytes.
+  // Only what was asked, no measured error: a mesh that is decoded and encoded again must give the same
+  // bytes.
   v.choice(array.asked.kind, Tolerance::kind_count);
   if (array.asked.kind == Tolerance::Kind::lossless) return;
   v.real(array.asked.value);
@@ -72,6 +78,8 @@ void visit_form(Visitor& v, Whole& description) {
   }
 }
 
+/// The one list of all fields. A reader that has visited it trusts no sum yet: decode_description() checks
+/// what belongs together.
 template <class Visitor, class Whole>
 void visit(Visitor& v, Whole& description) {
   v.byte(description.effort, 10);
@@ -90,7 +98,8 @@ void visit(Visitor& v, Whole& description) {
   v.text(description.provenance);
 }
 
-/// Twins have a corner each, and are fewer points as coded than in the mesh.
+/// Twins have a corner each, and are fewer points as coded than in the mesh. The second bound is what makes
+/// split_points safe to allocate: corners are counted by the streams.
 bool twins_fit(const Description& description) {
   bool by_twin = description.positions.by_twin;
   for (const ArrayDescription& array : description.arrays) by_twin = by_twin || array.by_twin;
@@ -100,8 +109,8 @@ bool twins_fit(const Description& description) {
          description.split_points <= description.points + description.corners;
 }
 
-/// Do the parts make up the whole? Each point of a part is a corner of its cells, or belongs to no cell at
-/// all.
+/// Whether the parts make up the whole. Each point of a part is a corner of its cells, or belongs to no cell
+/// at all, which bounds their sum. Sums are compared as they grow, so nothing wraps.
 bool parts_fit(const Description& description) {
   if (description.parts.empty()) return true;
   uint64_t corners = 0;
@@ -124,8 +133,9 @@ bool is_known(CellType type) {
   return std::string_view(name_of(type)) != "unknown";
 }
 
-/// Polyhedra: their faces are not in these files. Blocks that are only cut off from others say nothing of
-/// types.
+/// Whether the types of a block are ones that these files hold. Polyhedra are not: their faces are not in
+/// these files. Blocks that are only cut off from others say nothing of types. Types rise, so each is there
+/// once.
 bool types_fit(const CodedBlock& block) {
   if (!is_known(block.shape.type) || block.shape.type == CellType::polyhedron) return false;
   uint64_t cells = 0;
@@ -139,6 +149,7 @@ bool types_fit(const CodedBlock& block) {
   return block.types.empty() || cells == block.shape.cells;
 }
 
+// Before anything is allocated for the mesh.
 Result<> check_size(const Description& description, const Limits& limits) {
   const double bytes = memory_of(description);
   if (bytes > static_cast<double>(limits.mesh_bytes)) {
@@ -157,8 +168,10 @@ bool is_wanted(const DecodeOptions& options, const std::string& name) {
 }
 
 double memory_of(const Description& description) {
+  // 4 bytes for each corner and 8 for each cell's offset, as a Mesh takes them where cells differ.
   auto bytes = static_cast<double>(description.corners) * 4 + static_cast<double>(description.cells()) * 8;
   const auto add = [&](const ArrayDescription& array) {
+    // Welded arrays are there twice for a moment: as coded and as split.
     const bool split = description.welded && (array.by_twin || array.domain == Domain::point);
     const uint64_t tuples = description.tuples(array) + (split ? description.split_points : 0);
     bytes += static_cast<double>(tuples) * static_cast<double>(array.components) *
@@ -216,7 +229,7 @@ Result<std::vector<std::byte>> encode_description(const Description& description
   }
   const Bytes plain = writer.out().bytes();
   const std::vector<std::byte> coded = encode_bytes(plain);
-  // Coded to as many bytes it could not be told from a plain one.
+  // Coded to as many bytes it could not be told from a plain one: the reader compares lengths.
   const bool as_it_is = coded.size() == plain.size() ||
                         (effort_of(description.effort).plain_description && plain.size() <= short_bytes);
   ByteWriter out;
@@ -228,7 +241,9 @@ Result<std::vector<std::byte>> encode_description(const Description& description
 Result<Description> decode_description(Bytes bytes, const Limits& limits) {
   ByteReader in(bytes);
   const uint64_t size = in.get_count();
-  // A few bytes can stand for thousands of labels, and each takes up to 64 bytes in memory.
+  // A few bytes can stand for thousands of labels, and each takes up to 64 bytes in memory: so 64 times the
+  // plain size must be allowed, with 4 MiB for all files. Divided by 1024, as a claimed size times 64 might
+  // wrap around.
   if (size > most_plain_bytes || size / 1024 > limits.mesh_bytes / 65536 + 64) {
     return failure(ErrorCode::memory_bound, "names, labels and metadata take more memory than allowed");
   }

@@ -20,10 +20,12 @@ inline Tolerance tolerance_of(const EncodeOptions& options, const std::string& n
   return found == options.arrays.end() ? Tolerance{} : found->second;
 }
 
-/// Whether options ask for arrays of this name; where they name none, all are.
+/// Whether options ask for arrays of this name; where they name none, all are wanted.
 bool is_wanted(const DecodeOptions& options, const std::string& name);
 
-/// One array as a file describes it, without its numbers.
+/// One array as a file describes it, without its numbers. `asked`, `bound` and `step`: what was asked for,
+/// the largest error that is promised, and the step of the lattice; in the array's units, 0 where it is
+/// lossless.
 struct ArrayDescription {
   std::string name;
   Domain domain = Domain::point;
@@ -38,6 +40,7 @@ struct ArrayDescription {
   double step = 0;
 };
 
+/// A block of cells as a file describes it: name, type and number of cells.
 struct CodedBlock {
   std::string name;
   BlockShape shape;
@@ -52,7 +55,9 @@ struct PartDescription {
   std::vector<uint64_t> cells;  ///< by block
 };
 
-/// Everything about a mesh that can be known without decoding it. docs/format.md, "Description".
+/// Everything about a mesh that can be known without decoding it: the first thing that every reader needs,
+/// and what `maille info` shows. docs/format.md, "Description". Counts are of the whole mesh, or of a part
+/// after of_part().
 struct Description {
   uint8_t effort = 5;
   Order order = Order::canonical;
@@ -74,14 +79,15 @@ struct Description {
   Description of_part(size_t part) const;
 };
 
-/// What the mesh described takes; in doubles: sums of claimed counts must not wrap around.
+/// The bytes that the mesh described takes in memory; in doubles: sums of claimed counts must not wrap
+/// around.
 double memory_of(const Description& description);
 
-/// Error: unsupported, for more than 16 MiB of names, labels and metadata.
+/// The description as bytes. Error: unsupported, for more than 16 MiB of names, labels and metadata.
 Result<std::vector<std::byte>> encode_description(const Description& description);
 
-/// Inverse. Safe on any bytes. Error: corrupt; memory_bound when the mesh described is larger than `limits`
-/// allow.
+/// The inverse. Safe on any bytes. Errors: corrupt; memory_bound, when the mesh described is larger than
+/// `limits` allow. Nothing is allocated by a claimed count: names and lists grow as they are read.
 Result<Description> decode_description(Bytes bytes, const Limits& limits);
 
 }  // namespace maille

@@ -17,7 +17,8 @@ tl::unexpected<Error> corrupt(const char* what) {
 }
 
 /// Steps from one element's number to the next one's, in the context of the size of the step before: files
-/// keep neighbours together, if in another order than ours.
+/// keep neighbours together, if in another order than ours. A step of 1 more is coded as 0. All arithmetic is
+/// modulo 2^32, so decoder and encoder agree for any numbers.
 class StepModel {
  public:
   template <class Coder>
@@ -33,9 +34,11 @@ class StepModel {
   std::array<CountModel, 16> models_;
   unsigned context_ = 0;
   uint32_t before_ = none_before;
+  // So that element 0 first is a step of 1, too.
   static constexpr uint32_t none_before = 0xffffffff;
 };
 
+/// Which corner came first, in the context of the cell before; 3 stands for all larger ones.
 class RotationModel {
  public:
   template <class Coder>
@@ -48,7 +51,8 @@ class RotationModel {
   uint32_t before_ = 0;
 };
 
-/// A RansEncoder whose bytes can be taken meanwhile: its blocks do not know of each other.
+/// A RansEncoder whose bytes can be taken meanwhile: its blocks do not know of each other, so they are what
+/// one encoder would write.
 class BlockwiseEncoder {
  public:
   static constexpr bool encoding = true;
@@ -88,7 +92,7 @@ class BlockwiseEncoder {
   uint32_t operations_ = 0;
 };
 
-/// False: the stream is too short.
+/// Decodes as many numbers as there is room for. False: the stream is too short.
 template <class Model>
 bool decode_numbers(RansDecoder& decoder, std::vector<uint32_t>& numbers) {
   Model model;
@@ -108,7 +112,8 @@ bool is_permutation(std::span<const uint32_t> numbers) {
   return true;
 }
 
-/// Puts the cells of one block in order; `corner_place` gets the new place of each of its corners.
+/// Puts the cells of one block in order; `corner_place` gets the new place of each of its corners. `order` is
+/// a permutation of all cells, but may take some out of their block, which is refused here.
 Result<CellBlock> restore_block(const CellBlock& block, const ElementOrder& order, uint32_t first_cell,
                                 uint32_t first_corner, std::vector<uint32_t>& corner_place) {
   const auto cells = static_cast<uint32_t>(block.size());
@@ -129,6 +134,7 @@ Result<CellBlock> restore_block(const CellBlock& block, const ElementOrder& orde
     const size_t rotation = order.rotation[first_cell + i];
     if (rotation != 0 && rotation >= size) return corrupt("a cell is turned too far");
     for (size_t k = 0; k < size; ++k) {
+      // The first corner was at place `rotation`, so place k has the corner k - rotation, around.
       const size_t from = (k + size - rotation) % size;
       corner_place[first_corner + static_cast<size_t>(corners.data() - all.data()) + from] =
           first_corner + static_cast<uint32_t>(result.connectivity.size());
@@ -153,6 +159,7 @@ void move_tuples(Array& array, std::span<const uint32_t> places, uint64_t count)
   array.bytes = std::move(bytes);
 }
 
+/// Models are kept over all calls, so that adding one by one gives the same bytes.
 struct OrderEncoder::State {
   template <class Model>
   void add(Model& model, std::span<const uint32_t> numbers) {

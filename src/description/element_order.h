@@ -21,6 +21,7 @@ struct ElementOrder {
   std::vector<uint32_t> rotation;  ///< by decoded cell: the original position of its first corner
 };
 
+// The order as a coded sequence: all points, all cells, all rotations (docs/format.md).
 std::vector<std::byte> encode_order(const ElementOrder& order);
 
 /// The same an element at a time, for orders that memory does not hold: all points, then all cells, then all
@@ -45,10 +46,12 @@ class OrderEncoder {
   std::unique_ptr<State> state_;
 };
 
-/// Inverse. Safe on any bytes: permutations of the given sizes, or corrupt.
+/// The inverse of encode_order(). Safe on any bytes: permutations of the given sizes, or corrupt. The sizes
+/// are the caller's, who has checked them against a limit.
 Result<ElementOrder> decode_order(Bytes bytes, uint32_t points, uint32_t cells);
 
-/// The mesh in its original order. Error: corrupt, when `order` would take cells out of their blocks.
+/// The mesh in its original order, with all arrays. Error: corrupt, when `order` would take cells out of
+/// their blocks.
 Result<Mesh> restore_order(Mesh mesh, const ElementOrder& order);
 
 }  // namespace maille
