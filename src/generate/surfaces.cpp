@@ -17,7 +17,8 @@ bool is_finite(const Position& p) {
   return std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]);
 }
 
-/// Some direction across another one.
+/// Some direction of length 1 across another one: across its smallest component, where the product is
+/// longest.
 Position across(const Position& direction) {
   const unsigned least = std::fabs(direction[0]) <= std::fabs(direction[1])
                              ? (std::fabs(direction[0]) <= std::fabs(direction[2]) ? 0u : 2u)
@@ -38,6 +39,7 @@ Position nearest_on_segment(const Position& p, const Position& a, const Position
 Position nearest_on_triangle(const Position& p, const Position& a, const Position& b, const Position& c) {
   const Position n = cross(b - a, c - a);
   const double area = dot(n, n);
+  // Inside of the three edges the foot of the perpendicular is nearest, otherwise a point of an edge.
   if (area > 0 && dot(cross(b - a, p - a), n) >= 0 && dot(cross(c - b, p - b), n) >= 0 &&
       dot(cross(a - c, p - c), n) >= 0)
     return p - (dot(p - a, n) / area) * n;
@@ -50,6 +52,8 @@ Position nearest_on_triangle(const Position& p, const Position& a, const Positio
 
 }  // namespace
 
+/// One surface of a description. Triangles are found by a tree over floats in the unit box; the point itself
+/// is computed in doubles.
 class Surfaces::Surface {
  public:
   static Result<std::unique_ptr<Surface>> make(const BlockSurface& given) {
@@ -88,8 +92,9 @@ class Surfaces::Surface {
   Surface(const Surface&) = delete;
   Surface& operator=(const Surface&) = delete;
 
-  /// Points farther away than the surface's box is long stay where they are, as blockMesh has it:
-  /// dictionaries project whole rows of vertices of which some lie elsewhere.
+  /// Projects a point. Points farther away than the surface's box is long stay where they are, as blockMesh
+  /// has it (found by moving a vertex away from a square and a sphere, 4c37560): dictionaries project whole
+  /// rows of vertices of which some lie elsewhere.
   Position project(const Position& p) const {
     const Position found = nearest(p);
     return length(found - p) < reach_ ? found : p;
@@ -115,8 +120,8 @@ class Surfaces::Surface {
     return nearest_on_triangle(p, given_.points[corner[0]], given_.points[corner[1]],
                                given_.points[corner[2]]);
   }
-  /// Floats only say which triangle is the nearest one, and there they are fine enough wherever the surface
-  /// is.
+  /// The point relative to the surface's box, for the tree. Floats only say which triangle is the nearest
+  /// one, and there they are fine enough wherever the surface is.
   Position in_box(const Position& p) const {
     return (reach_ > 0 ? 1 / reach_ : 1) * (p - 0.5 * (low_ + high_));
   }
@@ -137,6 +142,7 @@ class Surfaces::Surface {
     if (given_.kind == Kind::cylinder) {
       const Position axis = given_.b - given_.a;
       for (unsigned k = 0; k < 3; ++k)
+        // A disc across the axis reaches r sqrt(1 - a_k^2) along axis k, a being the axis of length 1.
         around[k] = r * std::sqrt(std::max(0.0, 1 - axis[k] * axis[k] / dot(axis, axis)));
     }
     enclose(given_.a, around);
@@ -146,9 +152,11 @@ class Surfaces::Surface {
   Position on_sphere(const Position& p) const {
     const Position from = p - given_.a;
     const double far = length(from);
+    // The centre is as near to all points: any will do, and always the same one.
     if (!(far > 0)) return given_.a + Position{given_.radius, 0, 0};
     return given_.a + (given_.radius / far) * from;
   }
+  // A closed cylinder: its side or, where these are nearer, the discs at its ends.
   Position on_cylinder(const Position& p) const {
     const Position axis = given_.b - given_.a;
     const double whole = length(axis);
@@ -163,6 +171,7 @@ class Surfaces::Surface {
     if (inside || up == height) return given_.a + height * along + given_.radius * out;
     return given_.a + height * along + std::min(far, given_.radius) * out;
   }
+  // Outside the nearest point by clamping; inside the nearest of the six sides, the first of several.
   Position on_box(const Position& p) const {
     Position at{};
     for (unsigned k = 0; k < 3; ++k) at[k] = std::clamp(p[k], low_[k], high_[k]);
@@ -219,7 +228,7 @@ Result<Surfaces> Surfaces::make(const BlockDescription& description) {
 Position Surfaces::project(Position at, std::span<const uint32_t> surfaces) const {
   if (surfaces.size() == 1) return surfaces_[surfaces[0]]->project(at);
   // The way left halves with each round at 45 degrees, and takes 0.97 of what it was at 10; surfaces that do
-  // not meet have no end.
+  // not meet have no end. So 1000 rounds do for angles down to 10 degrees (0.97^1000 is 6e-14).
   constexpr unsigned most_rounds = 1000;
   constexpr double near_enough = 1e-14;  // of the smallest surface
   double size = INFINITY;

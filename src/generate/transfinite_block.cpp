@@ -11,7 +11,7 @@ namespace maille {
 
 namespace {
 
-/// Offsets of a face are held, 24 bytes each: 400 MB.
+/// Points of a projected face whose offsets are held, 24 bytes each: 400 MB. Chosen, not swept.
 constexpr uint64_t most_projected_points = uint64_t{1} << 24;
 
 // The two axes other than `axis`, in order.
@@ -82,7 +82,8 @@ Result<BlockPoints> BlockPoints::make(const BlockDescription& description, const
                                               curved.error().message);
     }
   }
-  // Offsets of all faces are found before any counts; the borders that they share do not move.
+  // Offsets of all faces are found before any counts; the borders that faces share do not move, so the order
+  // of faces does not matter.
   std::vector<Projected> projected;
   for (const ProjectedFace& face : description.projected_faces) {
     if (points.add_projected(face, from, surfaces, topology.divisions[block], projected)) continue;
@@ -107,6 +108,7 @@ bool BlockPoints::add_projected(const ProjectedFace& face, const HexBlock& block
     added.offset.resize(count);
     Place at{};
     at[axis] = end != 0 ? divisions[axis] : 0;
+    // Inner points only.
     for (at[v] = 1; at[v] < divisions[v]; ++at[v]) {
       for (at[u] = 1; at[u] < divisions[u]; ++at[u]) {
         std::array<double, 3> parameters;
@@ -127,6 +129,7 @@ Result<> BlockPoints::add_curve(const BlockDescription& description, const HexBl
   const BlockCurve& given = description.curves[static_cast<size_t>(number)];
   const Curve curve = MAILLE_TRY(
       Curve::make(given, description.vertices[given.from], description.vertices[given.to], surfaces));
+  // The curve goes from its own first vertex, the edge along the block's axis.
   const bool backwards = given.from != from;
   for (const double t : tables_[edge.parameters]) {
     const Position chord = (1 - t) * corners_[edge.from] + t * corners_[edge.to];
@@ -145,6 +148,7 @@ Result<> BlockPoints::add_curve(const BlockDescription& description, const HexBl
   return {};
 }
 
+// The formula of the class, with a weight for each edge at each point, as spacings differ.
 Position BlockPoints::general(const Place& at, std::array<double, 3>& parameters) const {
   parameters = {};
   Position straight{};
@@ -181,10 +185,12 @@ Position BlockPoints::general(const Place& at, std::array<double, 3>& parameters
       if (!edge.offset.empty()) bent = bent + w * edge.offset[at[axis]];
     }
   }
+  // Each axis interpolates the corners once, so the straight part is there three times.
   return (1.0 / 3) * straight + bent;
 }
 
-// Terms and factors in an order that does not depend on anything: the same bits in any order of points.
+// The terms and factors come in an order that does not depend on anything: the same bits in any order of
+// points.
 Position BlockPoints::uniform(const Place& at, std::array<double, 3>& parameters) const {
   double w[3][2];
   for (unsigned axis = 0; axis < 3; ++axis) {

@@ -27,7 +27,7 @@ class BlockPoints {
   static Result<BlockPoints> make(const BlockDescription& description, const BlockTopology& topology,
                                   const Surfaces& surfaces, size_t block);
 
-  /// Does the block have these corners at one end of an axis, in any order?
+  /// Whether the block has these corners at one end of an axis, in any order.
   static bool has_corners(const HexBlock& block, unsigned axis, unsigned end,
                           std::array<uint32_t, 4> corners);
 

@@ -11,6 +11,7 @@ namespace {
 using Corners = std::array<uint8_t, 8>;
 
 // The 24 ways a hexahedron can be turned: the corner that comes first, and which edge goes where from it.
+// Orders o < 3 of axes are even, as are mirrors at an even number of axes.
 std::vector<Corners> turns() {
   constexpr unsigned order[6][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {2, 1, 0}, {1, 0, 2}};
   std::vector<Corners> all;
@@ -56,6 +57,7 @@ ReducedCell reduce_hexahedron(const uint64_t* nodes) {
   static const std::vector<Corners> all = turns();
   const unsigned count = distinct(nodes);
   if (count == 8) return {};
+  // Each shape is looked for in one position only, in all turns of the cell; the first that fits counts.
   for (const Corners& turn : all) {
     const auto one = [&](unsigned a, unsigned b) { return nodes[turn[a]] == nodes[turn[b]]; };
     const bool apex = one(4, 5) && one(5, 6) && one(6, 7);

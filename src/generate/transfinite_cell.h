@@ -13,7 +13,8 @@ struct ReducedCell {
   std::array<uint8_t, 8> corner{0, 1, 2, 3, 4, 5, 6, 7};  ///< of the hexahedron, for each node
 };
 
-/// Wedge, pyramid, tetrahedron; anything else stays a hexahedron with repeated nodes.
+/// Makes a wedge, pyramid or tetrahedron of a hexahedron with repeated nodes (eight of them); anything else
+/// stays a hexahedron. Orientation is kept.
 ReducedCell reduce_hexahedron(const uint64_t* nodes);
 
 }  // namespace maille

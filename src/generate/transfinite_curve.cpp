@@ -25,6 +25,7 @@ Result<Position> arc_middle(const Position& from, const Position& to, double deg
   if (!(std::fabs(degrees) > 0 && std::fabs(degrees) < 360)) return bad("the angle is not between 0 and 360");
   const Position unit = (1 / size) * axis;
   const Position chord = to - from;
+  // 1e-9 of the length was chosen, not swept.
   if (std::fabs(dot(unit, chord)) > 1e-9 * length(chord)) return bad("the axis is not across the chord");
   // The sagitta, from the middle of the chord away from the centre, is chord / 2 * tan(angle / 4).
   return 0.5 * (from + to) - (0.5 * std::tan(half / 2)) * cross(unit, chord);
@@ -49,7 +50,8 @@ Result<Curve> Curve::make(const BlockCurve& curve, const Position& from, const P
   if (curve.kind == CurveKind::projected) {
     made.surfaces_ = &surfaces;
     made.on_ = curve.surfaces;
-    // Fine enough that lengths of a half circle are right to 1e-3 before points are projected again.
+    // Fine enough that lengths of a half circle are right to 1e-3 before points are projected again. Chosen,
+    // not swept.
     constexpr unsigned segments = 64;
     for (unsigned i = 1; i < segments; ++i) {
       const double t = static_cast<double>(i) / segments;
@@ -78,14 +80,15 @@ Result<> Curve::make_arc() {
   const Position b = points_[2] - points_[0];
   const Position normal = cross(a, b);
   const double area = dot(normal, normal);
+  // That is an angle of less than 1e-12 between the chords, where doubles no longer tell the centre.
   if (!(area > 1e-24 * dot(a, a) * dot(b, b))) return bad("the points of the arc are on a line");
   // Centre of the circle through 0, a and b.
   const Position centre = (1 / (2 * area)) * (dot(a, a) * cross(b, normal) - dot(b, b) * cross(a, normal));
   centre_ = points_[0] + centre;
   across_ = points_[0] - centre_;
   along_ = (1 / std::sqrt(area)) * cross(normal, across_);
-  // Where the point is beyond the end, or more than half a circle away, blockMesh goes from the start
-  // towards the point by the shorter way, and may never reach it.
+  // Where the point is beyond the end, or more than half a circle away, blockMesh goes from the start towards
+  // the point by the shorter way, and may never reach it.
   if (dot(points_[1] - centre_, along_) < -1e-12 * dot(across_, across_)) along_ = -1.0 * along_;
   const Position end = points_[2] - centre_;
   angle_ = std::atan2(dot(end, along_), dot(end, across_));
@@ -97,6 +100,7 @@ Position Curve::on_arc(double t) const {
   return centre_ + std::cos(angle_ * t) * across_ + std::sin(angle_ * t) * along_;
 }
 
+// De Casteljau's scheme: stable, and exact at both ends.
 Position Curve::on_bezier(double t) const {
   std::vector<Position> points = points_;
   for (size_t n = points.size() - 1; n > 0; --n) {
@@ -113,6 +117,7 @@ Position Curve::knot(size_t i) const {
 }
 
 Position Curve::on_segments(double t) const {
+  // The segment that holds t; the first and the last bounds are left out, so that i is valid for all t.
   const auto behind = std::upper_bound(lengths_.begin() + 1, lengths_.end() - 1, t);
   const auto i = static_cast<size_t>(behind - lengths_.begin());
   const double span = lengths_[i] - lengths_[i - 1];
@@ -123,9 +128,11 @@ Position Curve::on_segments(double t) const {
   if (kind_ == CurveKind::projected) return surfaces_->project((1 - s) * b + s * c, on_);
   const Position a = knot(i - 1);
   const Position d = knot(i + 2);
+  // Catmull and Rom's spline through b and c.
   if (kind_ == CurveKind::spline) {
     return b + (0.5 * s) * ((c - a) + s * ((2.0 * a - 5.0 * b + 4.0 * c - d) + s * (3.0 * (b - c) + d - a)));
   }
+  // The uniform cubic B-spline, which does not go through its points.
   const double r = 1 - s;
   return (1.0 / 6) *
          ((r * r * r) * a + ((3 * s - 6) * s * s + 4) * b + ((3 * r - 6) * r * r + 4) * c + (s * s * s) * d);

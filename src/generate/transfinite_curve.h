@@ -16,14 +16,15 @@ Result<Position> arc_middle(const Position& from, const Position& to, double deg
 Result<Position> arc_middle_about(const Position& from, const Position& to, const Position& centre,
                                   double factor);
 
-/// A curve ready to be evaluated.
+/// A curve ready to be evaluated, in the units of the description.
 class Curve {
  public:
   /// `surfaces` must outlive a projected one. Error (malformed_input): an arc whose points are on a line, no
   /// point where one is needed.
   static Result<Curve> make(const BlockCurve& curve, const Position& from, const Position& to,
                             const Surfaces& surfaces = {});
-  /// t in [0, 1]; lengths along polyline and splines are those of the polygon of their points.
+  /// The point at t in [0, 1], the ends exactly. Lengths along polylines and splines are those of the polygon
+  /// of their points, as blockMesh has them.
   Position at(double t) const;
 
  private:

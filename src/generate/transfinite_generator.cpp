@@ -13,13 +13,14 @@ namespace {
 
 using Place = SweepOrder::Place;
 
-/// Numbers and last cells of a row of points.
+/// Numbers and last cells of a row of points, from which cells are made without asking for each point again.
 struct PointRow {
   std::vector<uint64_t> number;
   std::vector<uint64_t> last_cell;
 };
 
-/// Points of blocks, made when they are first asked for.
+/// Points of blocks, made when they are first asked for: tables of a block take memory only while it is
+/// swept.
 class BlockTables {
  public:
   BlockTables(const BlockDescription& description, const BlockTopology& topology, const Surfaces& surfaces)
@@ -36,7 +37,7 @@ class BlockTables {
     }
     return tables_[block].get();
   }
-  /// A sweep needs its own blocks and those around it.
+  /// Frees all tables: a sweep needs its own blocks and those around it, and the next one others.
   void forget() {
     for (const uint32_t block : held_) tables_[block].reset();
     held_.clear();
@@ -54,7 +55,7 @@ class BlockTables {
 constexpr unsigned face_corners[6][4] = {{0, 4, 7, 3}, {1, 2, 6, 5}, {0, 1, 5, 4},
                                          {3, 7, 6, 2}, {0, 3, 2, 1}, {4, 5, 6, 7}};
 
-/// Puts faces with the points that they have, in runs of one type.
+/// Hands faces with the points that they have to the output, in runs of one type.
 class FaceRuns {
  public:
   FaceRuns(uint32_t patch, GeneratedOutput& output) : patch_(patch), output_(output) {}
@@ -89,7 +90,8 @@ class FaceRuns {
   std::vector<uint64_t> kept_;
 };
 
-/// Makes the points, faces and cells of one block, a layer at a time.
+/// Makes the points, faces and cells of one block, a layer at a time. Memory is four rows of numbers beside
+/// the block's tables. Every point comes before the first cell that has it.
 class BlockSweeper {
  public:
   BlockSweeper(const SweepOrder& order, uint32_t block, BlockTables& tables, GeneratedOutput& output,
@@ -112,6 +114,8 @@ class BlockSweeper {
   }
 
   Result<> layer(uint32_t layer) {
+    // Points of a layer come with the cells in front of it, and those of the first with the first cells
+    // (SweepOrder).
     if (layer == 0) MAILLE_CHECK(make_points(0));
     MAILLE_CHECK(make_points(layer + 1));
     number_row(0, layer, rows_[0]);
@@ -152,7 +156,8 @@ class BlockSweeper {
     return order_.topology().alone(order_.node(block_, classes));
   }
 
-  // Points of one node.
+  // Places points of one node. Where a node belongs to several blocks, the last of them says where its points
+  // are, in any order of blocks, so that both orders give the same bits.
   Result<> place_points(uint32_t from, uint32_t to, uint32_t row, uint32_t layer) {
     if (alone(from, row, layer)) {
       Place at{};
@@ -183,7 +188,7 @@ class BlockSweeper {
     if (!alone(1, row, layer)) {
       for (uint32_t i = 1; i < n_[0]; ++i) set(i);
     } else {
-      // Nobody else's: points and cells count on along the row.
+      // Nobody else has them: points and cells count on along the row.
       const SweepOrder::Point point = order_.point(block_, {1, row, layer});
       for (uint32_t i = 1; i < n_[0]; ++i) {
         out.number[i] = point.number + (i - 1);
@@ -212,7 +217,7 @@ class BlockSweeper {
     return repeats_points_ ? put_reduced() : output_.cells(block_, CellType::hexahedron, nodes_, last_use_);
   }
 
-  // Runs of cells of one type.
+  // Puts runs of cells of one type. A point that a cell has twice is used last at its last place.
   Result<> put_reduced() {
     kept_.clear();
     kept_last_use_.clear();
@@ -280,7 +285,7 @@ class BlockSweeper {
   std::vector<uint8_t> kept_last_use_;
 };
 
-/// The faces of one side of a block in blockMesh's order, found by comparing: of x along y, then z; of y
+/// Puts the faces of one side of a block in blockMesh's order, found by comparing: of x along y, then z; of y
 /// along z, then x; of z along y, then x. For plans block by block, whose axes are the block's.
 Result<> put_side(const SweepOrder& order, uint32_t block, unsigned side, FaceRuns& runs) {
   constexpr unsigned fast[3] = {1, 2, 1}, slow[3] = {2, 0, 0};
@@ -302,7 +307,8 @@ Result<> put_side(const SweepOrder& order, uint32_t block, unsigned side, FaceRu
   return {};
 }
 
-/// Patch by patch, sides of blocks as the patch names them; those of the default patch block by block.
+/// Puts faces patch by patch, sides of blocks as the patch names them; those of the default patch block by
+/// block.
 Result<> put_patches(const BlockDescription& description, const SweepOrder& order, GeneratedOutput& output) {
   const BlockTopology& topology = order.topology();
   for (uint32_t patch = 0; patch < topology.patches.size(); ++patch) {
@@ -365,6 +371,7 @@ Result<BlockTopology> checked_topology(const BlockDescription& description, uint
   BlockTopology topology = MAILLE_TRY(join_blocks(description, refine));
   double cells = 0;
   for (const auto& n : topology.divisions) cells += (n[0] + 1.0) * (n[1] + 1.0) * (n[2] + 1.0);
+  // In doubles, which do not wrap around; all numbers below fit 64 bits then.
   if (cells >= 0x1p62) return failure(ErrorCode::unsupported, "more than 2^62 cells");
   return topology;
 }

@@ -23,10 +23,12 @@ std::vector<uint32_t> section_cells(const Grading& grading, uint32_t cells) {
 
 namespace {
 
-// A geometric progression of sizes; the last over the first is `expansion`.
+// Appends a geometric progression of sizes; the last over the first is `expansion`. With ratio q the point i
+// of n is at (1 - q^i) / (1 - q^n).
 void append_section(double length, double expansion, uint32_t cells, std::vector<double>& parameters) {
   const double start = parameters.back();
   const double ratio = cells > 1 ? std::pow(expansion, 1.0 / (cells - 1)) : 1;
+  // Near 1 the quotient would be of rounding errors only.
   const bool uniform = std::fabs(ratio - 1) < 1e-14;
   const double whole = uniform ? cells : 1 - std::pow(ratio, cells);
   for (uint32_t i = 1; i <= cells; ++i) {
@@ -49,6 +51,7 @@ std::vector<double> edge_parameters(const Grading& grading, uint32_t cells) {
       append_section(grading[i].length / sum, grading[i].expansion, counts[i], parameters);
     }
   }
+  // The end of an edge is its vertex, exactly.
   parameters.back() = 1;
   return parameters;
 }

@@ -8,7 +8,8 @@ namespace maille {
 
 namespace {
 
-/// Cells of any types, as few of them as hexahedra can be told from.
+/// Cells of any types of one zone or patch. Types are kept as runs, since nearly all cells are hexahedra: a
+/// uniform block then takes nothing for them.
 class BlockBuilder {
  public:
   explicit BlockBuilder(std::string name) { block_.name = std::move(name); }
@@ -40,6 +41,7 @@ class BlockBuilder {
   std::vector<std::pair<CellType, uint64_t>> counts_;  // runs
 };
 
+// Gathers what is generated in memory: a block for each run of one zone, then one for each patch.
 class MeshOutput final : public GeneratedOutput {
  public:
   MeshOutput(const BlockDescription& description, const Limits& limits)
@@ -48,6 +50,7 @@ class MeshOutput final : public GeneratedOutput {
   }
 
   Result<> begin(const GeneratedSize& size) override {
+    // Three doubles for each point and eight 32-bit numbers for each cell; faces come beside, and are few.
     const double bytes = 24.0 * static_cast<double>(size.points) + 32.0 * static_cast<double>(size.cells);
     if (size.points > max_points || bytes > static_cast<double>(limits_.mesh_bytes)) {
       return failure(ErrorCode::memory_bound, std::to_string(size.cells) + " cells and " +
@@ -74,7 +77,7 @@ class MeshOutput final : public GeneratedOutput {
 
   Result<> cells(uint32_t block, CellType type, std::span<const uint64_t> nodes,
                  std::span<const uint8_t>) override {
-    // A block of cells for each run of one zone: the order of cells is kept.
+    // A block of cells for each run of one zone, so that the order of cells is kept.
     const std::string& zone = description_.blocks[block].zone;
     if (zones_.empty() || zones_.back().name() != zone) zones_.emplace_back(zone);
     zones_.back().add(type, nodes);

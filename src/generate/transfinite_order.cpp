@@ -8,6 +8,7 @@ namespace maille {
 namespace {
 
 constexpr uint32_t per_block = BlockTopology::nodes_per_block;
+// Nodes of a block count in threes: place along x + 3 y + 9 z.
 constexpr uint32_t weight[3] = {1, 3, 9};
 
 uint32_t place(uint32_t node, unsigned axis) {
@@ -40,6 +41,8 @@ uint32_t SweepOrder::node(uint32_t block, const Place& classes) const {
          weight[swept.axis[2]] * layer;
 }
 
+// The key by which the earliest node of an entity is found: sweep, whether it is one point only, step, block
+// in the sweep, layer and row, place in it.
 std::array<uint32_t, 6> SweepOrder::turn_of(uint32_t node) const {
   const BlockOrder& b = of_block_[node / per_block];
   const BlockTopology::Node& map = topology_.nodes[node];
@@ -60,6 +63,7 @@ std::array<uint32_t, 6> SweepOrder::turn_of(uint32_t node) const {
 void SweepOrder::choose_owners() {
   owners_.reserve(topology_.entities.size());
   for (const auto& nodes : topology_.entities) {
+    // The node's number decides at last, so there is always one owner, the same everywhere.
     const uint32_t owner = *std::min_element(nodes.begin(), nodes.end(), [&](uint32_t x, uint32_t y) {
       return std::pair(turn_of(x), x) < std::pair(turn_of(y), y);
     });
@@ -88,6 +92,8 @@ uint64_t SweepOrder::step_points(const BlockOrder& b, unsigned phase) {
   return layer_points(b, phase);
 }
 
+// Points and cells are counted, not stored: a number follows from the sums before its sweep, step, block,
+// layer and row. So meshes of any size take memory for their blocks only.
 void SweepOrder::number() {
   for (const SweepPlan::Sweep& sweep : plan_.sweeps) {
     SweepNumbers numbers;
@@ -133,7 +139,7 @@ uint64_t SweepOrder::cell(uint32_t block, const Place& at) const {
 
 SweepOrder::Place SweepOrder::moved(const BlockOrder& of, const BlockTopology::Node& from, const Place& at,
                                     uint32_t node, bool last) const {
-  // By way of the entity's parameters.
+  // By way of the entity's parameters, which all its nodes share.
   std::array<uint32_t, 3> parameters{};
   for (unsigned a = 0; a < 3; ++a) {
     const unsigned axis = of.swept->axis[a];
@@ -165,6 +171,7 @@ uint64_t SweepOrder::last_cell(uint32_t node, const BlockTopology::Node& from, c
   const uint32_t block = node / per_block;
   Place there = moved(of, from, at, node, true);
   const Place& divisions = of_block_[block].divisions;
+  // The last cell that has a point is the one behind it along each axis, unless it is at the end.
   for (unsigned a = 0; a < 3; ++a) there[a] = std::min(there[a], divisions[a] - 1);
   return cell(block, there);
 }

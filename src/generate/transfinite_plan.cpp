@@ -16,7 +16,8 @@ SweepPlan plan_block_by_block(const BlockTopology& topology) {
 
 namespace {
 
-/// Axes of blocks that run side by side: all have the same number of cells.
+/// Axes of blocks that run side by side, as classes: all have the same number of cells. A union of sets, with
+/// the turn of each axis against its parent.
 class Directions {
  public:
   explicit Directions(const BlockTopology& topology) : parent_(3 * topology.divisions.size()) {
@@ -43,7 +44,8 @@ class Directions {
   }
 
  private:
-  // Two ways that disagree (a Moebius strip) leave the first one; the plan is checked for that later.
+  // Two ways that disagree (a Moebius strip) leave the first one; keeps_step() checks the plan for that
+  // later.
   void join(uint32_t x, uint32_t y, bool flipped) {
     const auto [rx, tx] = find(x);
     const auto [ry, ty] = find(y);
@@ -58,6 +60,8 @@ class Directions {
   std::vector<bool> turned_;
 };
 
+// Two steps: gather() chooses directions and so sweeps, order() puts sweeps one after the other. Both are
+// greedy, and ties go to the lower number, so that the plan is the same everywhere.
 class Planner {
  public:
   explicit Planner(const BlockTopology& topology) : t_(topology), directions_(topology) {}
@@ -71,8 +75,8 @@ class Planner {
  private:
   using Sweep = SweepPlan::Sweep;
 
-  // A class of directions sweeps the blocks that are not taken yet; those whose cross-section is smallest
-  // go first.
+  // A class of directions sweeps the blocks that are not taken yet; those whose cross-section is smallest go
+  // first. Each round takes a block at least, so it ends.
   void gather() {
     const size_t blocks = t_.divisions.size();
     std::vector<bool> taken(blocks, false);
@@ -131,6 +135,7 @@ class Planner {
   }
 
   // Points shared within a sweep must be in the same layer of all blocks, or in the first or last ones only.
+  // Otherwise a point would be wanted before its owner has made it; such a sweep falls apart into its blocks.
   bool keeps_step(const Sweep& sweep) const {
     std::vector<const SweepPlan::Block*> inside(t_.divisions.size(), nullptr);
     for (const SweepPlan::Block& b : sweep.blocks) inside[b.block] = &b;
@@ -191,7 +196,7 @@ class Planner {
     return sum;
   }
 
-  // The end that meets what is done goes first.
+  // The end that meets what is done goes first, so that points that wait there end early.
   void turn(Sweep& sweep, uint32_t number) const {
     int64_t ahead = 0;
     for (const SweepPlan::Block& b : sweep.blocks) {
@@ -218,7 +223,7 @@ class Planner {
 }  // namespace
 
 SweepPlan plan_streaming(const BlockTopology& topology) {
-  // Planning takes the square of the number of blocks.
+  // Planning takes the square of the number of blocks. 4096 was chosen, not swept.
   if (topology.divisions.size() > 4096) return plan_block_by_block(topology);
   return Planner(topology).plan();
 }

@@ -31,6 +31,8 @@ unsigned place(uint32_t node, unsigned axis) {
   return node / weight[axis] % 3;
 }
 
+// Checks a description and finds out which points of blocks are one: blocks are joined by faces with the same
+// four vertices, then nodes that meet are gathered to entities.
 class Joiner {
  public:
   Joiner(const BlockDescription& description, uint32_t refine) : of_(description), refine_(refine) {}
@@ -62,7 +64,7 @@ class Joiner {
       if (std::max(curve.from, curve.to) >= of_.vertices.size()) {
         return failure(ErrorCode::malformed_input, "a curve ends at a vertex that does not exist");
       }
-      // The first one counts.
+      // The first one counts, as with blockMesh.
       if (curve.kind == CurveKind::line) continue;
       curves_.insert(
           {{std::min(curve.from, curve.to), std::max(curve.from, curve.to)}, static_cast<int32_t>(i)});
@@ -94,13 +96,15 @@ class Joiner {
     }
     for (const Grading& grading : block.gradings) MAILLE_CHECK(check_grading(i, grading));
     t_.divisions.push_back(divisions);
+    // NaN fails, too.
     if (!(volume(block) >= 0)) {
       return bad(i, "is inside out; its first four corners must go around seen from outside clockwise");
     }
     return add_collapsed(i);
   }
 
-  // Six times the volume within its faces, each of four triangles around its middle.
+  // Six times the volume within its faces, each of four triangles around its middle. Relative to a vertex, so
+  // that blocks far from the origin lose no digits.
   double volume(const HexBlock& block) const {
     static constexpr unsigned faces[6][4] = {{0, 4, 7, 3}, {1, 2, 6, 5}, {0, 1, 5, 4},
                                              {3, 7, 6, 2}, {0, 3, 2, 1}, {4, 5, 6, 7}};
@@ -136,7 +140,8 @@ class Joiner {
     return found == curves_.end() || a == b ? -1 : found->second;
   }
 
-  // Two vertices at one place are one point where they are ends of an edge.
+  // Two vertices at one place are one point where they are ends of an edge. 1e-10 of the largest coordinate
+  // is how far they may be apart; chosen, not swept.
   bool is_collapsed(uint32_t a, uint32_t b) const {
     if (a == b) return true;
     return length(of_.vertices[a] - of_.vertices[b]) <= 1e-10 * largest_ && curve_between(a, b) < 0;
@@ -196,6 +201,7 @@ class Joiner {
     for (uint32_t b = 0; b < of_.blocks.size(); ++b) {
       for (unsigned f = 0; f < 6; ++f) faces_[sorted(face_corners(b, f))].push_back(6 * b + f);
     }
+    // In the order of vertices, so that messages name the same blocks everywhere.
     for (const auto& [corners, at] : faces_) {
       if (is_flat(corners)) continue;
       if (at.size() > 2) {
@@ -211,6 +217,7 @@ class Joiner {
   Result<> join_pair(uint32_t a, unsigned fa, uint32_t b, unsigned fb) {
     const Corners ca = face_corners(a, fa);
     const Corners cb = face_corners(b, fb);
+    // Four turns and their mirrors are all ways in which the corners of two faces can meet.
     for (unsigned turn = 0; turn < 8; ++turn) {
       // Axis 0 of a's face is axis (turn & 1) of b's; bits 1 and 2 turn over the axes of b's face.
       const auto other = [&](unsigned uv) {
@@ -257,7 +264,7 @@ class Joiner {
     return edge_at(axis, at[axis == 0 ? 1 : 0], at[axis == 2 ? 1 : 2]);
   }
 
-  // Both blocks must put the same points on the face they share.
+  // Both blocks must put the same points on the face they share: as many cells, equally spaced.
   Result<> check_pair(uint32_t a, unsigned fa, const BlockTopology::Neighbour& n) const {
     const auto b = static_cast<uint32_t>(n.block);
     for (unsigned k = 0; k < 2; ++k) {
@@ -291,7 +298,8 @@ class Joiner {
     const std::vector<double> y = edge_parameters(b, cells);
     for (uint32_t i = 1; i < cells; ++i) {
       const double other = flipped ? 1 - y[cells - i] : y[i];
-      // Grading is written with few digits: 0.333 against 1/3.
+      // Grading is written with few digits (0.333 against 1/3), so points may differ by half a cell: then
+      // they are still the nearest ones.
       const double step = std::min(x[i + 1] - x[i], x[i] - x[i - 1]);
       if (!(std::fabs(x[i] - other) <= 0.5 * std::fabs(step))) return false;
     }
@@ -314,6 +322,7 @@ class Joiner {
         }
       }
     }
+    // Faces that no patch names make the default one, as with blockMesh.
     bool rest = false;
     for (size_t b = 0; b < of_.blocks.size(); ++b) {
       for (unsigned f = 0; f < 6; ++f) {
@@ -335,7 +344,8 @@ class Joiner {
     return text;
   }
 
-  /// All points of the node along this axis are one.
+  /// Whether all points of the node along this axis are one: every edge along it that the node touches is
+  /// collapsed.
   bool is_dropped(uint32_t node, unsigned axis) const {
     const size_t block = node / per_block;
     const unsigned u = place(node % per_block, axis == 0 ? 1 : 0);
@@ -348,7 +358,7 @@ class Joiner {
     return true;
   }
 
-  /// The node's place on another one's entity, through a face they share.
+  /// The node's place on another block's entity, through a face they share.
   static Link across(uint32_t node, const BlockTopology::Node& map, const BlockTopology::Neighbour& n) {
     Link link{static_cast<uint32_t>(n.block) * per_block, {map.entity}};
     for (unsigned a = 0; a < 3; ++a) {
@@ -386,7 +396,8 @@ class Joiner {
   Result<> make_entities() {
     t_.nodes.resize(of_.blocks.size() * per_block);
     std::vector<bool> seen(t_.nodes.size(), false);
-    // Small ones first: what is collapsed belongs to what is left of it.
+    // Small ones first: what is collapsed belongs to what is left of it, so an edge of one point joins its
+    // corner's entity.
     for (unsigned dimension = 0; dimension <= 3; ++dimension) {
       for (uint32_t node = 0; node < t_.nodes.size(); ++node) {
         unsigned free = 0;
@@ -397,6 +408,8 @@ class Joiner {
     return {};
   }
 
+  // Gathers all nodes that can be reached, breadth first, with the way in which parameters run on each. A
+  // node that is reached twice must agree with itself; a twist does not.
   Result<> make_entity(uint32_t first, std::vector<bool>& seen) {
     const auto entity = static_cast<uint32_t>(t_.entities.size());
     BlockTopology::Node& map = t_.nodes[first];

@@ -20,7 +20,8 @@ inline unsigned edge_at(unsigned axis, unsigned u, unsigned v) {
 
 /// Which points of blocks are one point. A block has 27 *nodes*: 8 corners, 12 edges, 6 faces without their
 /// borders and the interior, numbered by (place along x) + 3 y + 9 z with places 0 first, 1 between, 2 last.
-/// Nodes joined by shared faces, and edges collapsed to a point, make *entities*.
+/// Nodes joined by shared faces, and edges collapsed to a point, make *entities*. All points of an entity are
+/// named by at most three parameters, whatever block they are seen from.
 struct BlockTopology {
   static constexpr unsigned nodes_per_block = 27;
 
@@ -51,13 +52,15 @@ struct BlockTopology {
   std::vector<std::array<int32_t, 6>> patch;         ///< of each face; -1: inside, or nowhere
   std::vector<BlockPatch> patches;  ///< without faces; the default patch last if it is needed
 
-  /// Points of the entity are not those of any other node.
+  /// Whether points of the entity are those of no other node.
   bool alone(uint32_t node) const { return entities[nodes[node].entity].size() == 1; }
-  /// May a cell of the block have a point twice? By its own collapsed edges, or by what its neighbours join.
+  /// Whether a cell of the block may have a point twice, by its own collapsed edges or by what its neighbours
+  /// join.
   bool repeats_points(size_t block) const;
 };
 
-/// Checks a description and joins its blocks. Errors: malformed_input, unsupported; naming blocks.
+/// Checks a description and joins its blocks; `refine` multiplies the cells along each axis. Errors:
+/// malformed_input, unsupported; naming blocks.
 Result<BlockTopology> join_blocks(const BlockDescription& description, uint32_t refine);
 
 /// How messages call a block: "block 3", "block 3 (name)".

@@ -5,6 +5,7 @@
 
 namespace maille {
 
+// What positions need, without a library: plain loops whose order of operations is the same everywhere.
 inline Position operator+(const Position& a, const Position& b) {
   return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
 }
