@@ -14,6 +14,9 @@ namespace maille {
 
 namespace {
 
+// Reads a blockMeshDict into a description, in the order in which entries refer to each other: surfaces,
+// vertices, edges, blocks, faces, patches; then all lengths are scaled. What OpenFOAM accepts and ignores is
+// noted, what is not supported is refused with its line.
 class BlockReader {
  public:
   explicit BlockReader(const FoamFile& file) : file_(file) {}
@@ -58,13 +61,14 @@ class BlockReader {
     });
   }
 
-  /// Surfaces are read when something lies on them: tutorials describe more than they use.
+  /// Notes which surfaces there are. They are read when something lies on them: tutorials describe more than
+  /// they use.
   Result<> geometry() {
     const Entry* entry = find("geometry");
     if (entry == nullptr || entry->dictionary == nullptr) return {};
     for (const Entry& surface : entry->dictionary->entries()) {
       if (surface.dictionary == nullptr) continue;
-      // Older dictionaries call it by its file, with a name beside.
+      // Older dictionaries call a surface by its file, with a name beside.
       std::string name = surface.keyword;
       if (const Entry* other = surface.dictionary->find("name"); other != nullptr) {
         FoamCursor at(file_, *other);
@@ -165,7 +169,7 @@ class BlockReader {
     return curve;
   }
 
-  // A point of the arc; or "origin", a factor if there is one, the centre; or the angle and the axis.
+  // Reads a point of the arc; or "origin", a factor if there is one, the centre; or the angle and the axis.
   Result<Position> arc_point(FoamCursor& at, const BlockCurve& curve) {
     const Position from = description().vertices[curve.from];
     const Position to = description().vertices[curve.to];
@@ -203,7 +207,7 @@ class BlockReader {
     MAILLE_CHECK(at.open_list());
     for (uint32_t& corner : block.corners) corner = MAILLE_TRY(vertex(at));
     if (!at.at(')')) {
-      // blockMesh takes the first eight.
+      // blockMesh takes the first eight; the note names the line.
       MAILLE_TRY(vertex(at));
       note(file_.place(at.last()) + ": a block has more than eight vertices; the first eight count");
     }
@@ -228,6 +232,8 @@ class BlockReader {
     if (list.size() != 1 && list.size() != 3 && list.size() != 12) {
       return at.bad("1, 3 or 12 expansion ratios expected, " + std::to_string(list.size()) + " found");
     }
+    // One ratio is for all edges, three are for those along x, y and z (edges 0 to 3, 4 to 7, 8 to 11),
+    // twelve for each.
     for (size_t edge = 0; edge < 12; ++edge) block.gradings[edge] = list[edge * list.size() / 12];
     return {};
   }
@@ -307,7 +313,7 @@ class BlockReader {
     return {};
   }
 
-  // type name ((face) ...)
+  // Reads the older list: type name ((face) ...)
   Result<> old_patches(const Entry& entry) {
     FoamCursor at(file_, entry);
     MAILLE_CHECK(at.open_list());
@@ -321,7 +327,7 @@ class BlockReader {
     return {};
   }
 
-  // Each face by four vertices, or by a block and the number of one of its faces.
+  // Reads faces, each by four vertices, or by a block and the number of one of its faces.
   Result<> face_list(FoamCursor& at, BlockPatch& patch) {
     MAILLE_CHECK(at.open_list());
     while (!at.take(')')) {
@@ -384,8 +390,10 @@ class BlockReader {
     if (entry == nullptr) return {};
     FoamCursor at(file_, *entry);
     const double factor = MAILLE_TRY(at.number());
+    // OpenFOAM scales by positive factors only.
     if (!(factor > 0)) return {};
     for (Position& p : description().vertices) multiply(p, factor);
+    // Arc points were computed in the dictionary's units, which this scales as well.
     for (BlockCurve& curve : description().curves) {
       for (Position& p : curve.points) multiply(p, factor);
     }

@@ -15,6 +15,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Two sinks in one: the mesh goes to `mesh_` at once, files of the case wait in one scratch file until the
+// mesh is committed. So a case never has fields of a mesh that was not written.
 class CaseSink final : public FolderSink {
  public:
   CaseSink(std::unique_ptr<FolderSink> mesh, std::string folder, bool overwrite)

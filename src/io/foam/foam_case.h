@@ -23,11 +23,11 @@ struct FoamCasePath {
   std::vector<FoamTime> times;   ///< with files in them, by value
   std::optional<FoamTime> time;  ///< the path is that of this one
 };
-/// Of a case, a ".foam" file in it, the folder of a time in it or a file in that.
+/// The case of a path: of a case itself, a ".foam" file in it, the folder of a time in it or a file in that.
 FoamCasePath foam_case_of(const std::string& path);
 /// The folders of a case that are times, with files in them, by value.
 std::vector<FoamTime> foam_times_in(const std::string& folder);
-/// The number a folder's name is, if it is one.
+/// The number that a folder's name is, if it is one and finite.
 std::optional<double> foam_time_of(const std::string& name);
 
 /// A file of a case or of a time that is kept as text.

@@ -64,12 +64,16 @@ tl::unexpected<Error> FoamFile::unsupported(const FoamToken& token, const std::s
 
 namespace {
 
-// Dictionaries people write have thousands; variables of variables could make any number of them.
+// Dictionaries that people write have thousands of tokens; variables of variables could make any number of
+// them, doubling at each line. All three chosen, not swept.
 constexpr size_t most_tokens = size_t{1} << 20;
 constexpr unsigned deepest = 64;
-/// Of a packed file: a token has a byte and a blank at least, and some room for comments.
+/// Of a packed or plain file: a token has a byte and a blank at least, and some room for comments.
 constexpr uint64_t most_bytes = uint64_t{16} << 20;
 
+/// Reads a dictionary with what it includes, variables and expressions put in at once, so that what is read
+/// is plain tokens. Every way to make much of little is bounded: tokens in all, depth of dictionaries, depth
+/// of included files, bytes.
 class Parser {
  public:
   Result<> open(std::string_view text, const std::string& name) {
@@ -78,7 +82,7 @@ class Parser {
     return {};
   }
 
-  /// As OpenFOAM, "name.gz" where there is no "name".
+  /// Opens a file, and "name.gz" where there is no "name", as OpenFOAM does.
   Result<> open(const std::string& path) {
     auto opened = file_source(path);
     if (!opened) {
@@ -87,7 +91,8 @@ class Parser {
     return read(*MAILLE_TRY(std::move(opened)));
   }
 
-  /// What a dictionary names may be anything, if the dictionary is somebody else's.
+  /// Opens a file that a dictionary names, which may be anything if the dictionary is somebody else's: so
+  /// only files beside it are opened.
   Result<> open_included(const std::string& from, const std::string& name) {
     auto opened = open_beside(from, name);
     if (!opened && opened.error().code == ErrorCode::cannot_read) {
@@ -102,7 +107,7 @@ class Parser {
       return failure(ErrorCode::malformed_input,
                      path + ": larger than any dictionary, which may have 16 MiB");
     const InputBytes bytes = MAILLE_TRY(InputBytes::load(source));
-    // Kept as long as its tokens are read.
+    // Kept as long as its tokens are read, which are views of it.
     auto text = std::make_unique<std::string>(bytes.text());
     if (is_gzip(bytes.bytes())) {
       const std::vector<std::byte> unpacked = MAILLE_TRY(gunzip(bytes.bytes(), most_bytes, path));
@@ -171,6 +176,8 @@ class Parser {
     }
   }
 
+  // Copies the entries of another dictionary into this one. The copy is deep, so that later changes of one do
+  // not show in the other; the sum of tokens bounds it.
   Result<> merge(const FoamToken& token) {
     const FoamDictionary::Entry* entry = find(token.text.substr(1));
     if (entry == nullptr || entry->dictionary == nullptr) {
@@ -186,7 +193,7 @@ class Parser {
   Result<> entry(const FoamToken& keyword) {
     FoamToken token = MAILLE_TRY(next());
     if (token.is('{')) {
-      // What is said twice about a dictionary adds up.
+      // What is said twice about a dictionary adds up, as OpenFOAM has it.
       const FoamDictionary::Entry* old = scopes_.back()->find(keyword.text);
       auto dictionary =
           old != nullptr && old->dictionary != nullptr ? old->dictionary : std::make_shared<FoamDictionary>();
@@ -203,7 +210,7 @@ class Parser {
     return {};
   }
 
-  // Tokens to the ';' that is in no parentheses or braces.
+  // Reads tokens to the ';' that is in no parentheses or braces.
   Result<> values(const FoamToken& keyword, std::vector<FoamToken>& tokens) {
     std::string open;
     for (;;) {
@@ -243,7 +250,8 @@ class Parser {
     return {};
   }
 
-  /// ":a" from the top, "..a" from the parent, "a.b" in dictionary a; else this dictionary, then outwards.
+  /// Finds what a variable names: ":a" from the top, "..a" from the parent, "a.b" in dictionary a; else in
+  /// this dictionary, then outwards.
   const FoamDictionary::Entry* find(std::string name) const {
     if (name.size() > 2 && name[0] == '{') name = name.substr(1, name.size() - 2);
     size_t scope = scopes_.size() - 1;
@@ -292,6 +300,7 @@ class Parser {
     if (name.text.find('$') != std::string::npos || name.text.find('<') != std::string::npos) {
       return file_.unsupported(name, "'" + name.text + "': names of included files must be plain");
     }
+    // A file that includes itself ends here. Chosen, not swept.
     if (levels_.size() > 16) return file_.bad(token, "files include each other too deeply");
     const std::string from = file_.files[token.file];  // a copy: opening adds to the files
     const auto opened = open_included(from, name.text);
@@ -399,6 +408,7 @@ Result<double> FoamCursor::number() {
 }
 
 Result<uint64_t> FoamCursor::label(uint64_t limit, const std::string& what) {
+  // Numbers are doubles in dictionaries; below 9e15 all whole ones are exact.
   const double value = peek().value;
   if (peek().kind != Kind::number || !(value >= 0) ||
       value != static_cast<double>(static_cast<int64_t>(value < 9e15 ? value : -1))) {

@@ -12,7 +12,8 @@
 namespace maille {
 
 /// OpenFOAM's dictionaries: `keyword value ...;` and `keyword { ... }`. Values are tokens, with variables,
-/// included files and expressions already put in.
+/// included files and expressions already put in. Entries keep the order of the file; a keyword is there
+/// once.
 class FoamDictionary {
  public:
   struct Entry {
@@ -22,13 +23,14 @@ class FoamDictionary {
     std::shared_ptr<FoamDictionary> dictionary;  ///< or this
   };
 
-  /// The last entry of this name; nullptr if there is none.
+  /// The entry of this name, of which the last one in the file counts; nullptr if there is none. By linear
+  /// search: dictionaries are short.
   const Entry* find(std::string_view keyword) const;
   Entry* find(std::string_view keyword);
   /// A new entry behind the others, or the old one of this name, emptied.
   Entry& put(const std::string& keyword, const FoamToken& at);
   const std::vector<Entry>& entries() const { return entries_; }
-  /// With dictionaries of its own.
+  /// A copy whose inner dictionaries are its own.
   FoamDictionary copy() const;
   /// Entries and tokens, those of inner dictionaries as well.
   size_t size() const;
@@ -37,7 +39,7 @@ class FoamDictionary {
   std::vector<Entry> entries_;
 };
 
-/// A file and what it includes.
+/// A dictionary file and what it includes; messages name the file and line of a token.
 struct FoamFile {
   FoamDictionary dictionary;
   std::vector<std::string> files;  ///< by FoamToken::file
@@ -55,7 +57,8 @@ Result<FoamFile> read_foam_file(const std::string& path);
 /// The same from a text; `name` is what messages call it, included files are looked for beside it.
 Result<FoamFile> parse_foam_text(std::string_view text, const std::string& name);
 
-/// Walks over the tokens of an entry. Errors (malformed_input) name the file, the line and the entry.
+/// Walks over the tokens of an entry. Errors (malformed_input) name the file, the line and the entry. peek()
+/// at the end is a token of kind `end`, so no caller needs to ask first.
 class FoamCursor {
  public:
   FoamCursor(const FoamFile& file, const FoamDictionary::Entry& entry)
@@ -75,9 +78,10 @@ class FoamCursor {
   /// A list's '(', behind the number of its elements if that is given.
   Result<> open_list();
   Result<double> number();
+  // A whole number below `limit`; `what` names it in messages.
   Result<uint64_t> label(uint64_t limit, const std::string& what);
   Result<std::string> word();
-  /// { entries } within a list.
+  /// { entries } within a list, without variables or directives.
   Result<FoamDictionary> dictionary();
 
   tl::unexpected<Error> bad(const std::string& what) const;

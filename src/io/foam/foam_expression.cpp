@@ -18,6 +18,7 @@ struct Function {
   double (*of)(double, double);
 };
 
+// OpenFOAM's names of functions of the standard library.
 constexpr Function functions[] = {
     {"pi", 0, [](double, double) { return pi; }},
     {"degToRad", 1, [](double x, double) { return x * pi / 180; }},
@@ -51,6 +52,8 @@ constexpr Function functions[] = {
     {"max", 2, [](double x, double y) { return x > y ? x : y; }},
 };
 
+// A recursive descent over sums, products and factors, evaluated while it is read. The results are doubles by
+// the machine's libm: dictionaries describe meshes, and no decoder depends on them.
 class Evaluator {
  public:
   Evaluator(std::string_view text, const std::function<Result<double>(std::string_view)>& variable)
@@ -107,7 +110,8 @@ class Evaluator {
   }
 
   Result<double> factor() {
-    // Bounds the recursion: no sensible expression is that deep.
+    // Bounds the recursion, as any input may come here: no sensible expression is that deep. Chosen, not
+    // swept.
     if (++depth_ > 200) return bad("too many parentheses");
     const auto value = [&]() -> Result<double> {
       if (take('-')) return -MAILLE_TRY(factor());

@@ -12,6 +12,8 @@
 namespace maille {
 namespace {
 
+// A type of values: how it is called in the class of a field ("volVectorField"), how in "List<vector>", and
+// its numbers.
 struct TypeName {
   std::string_view in_class, in_list;
   uint32_t components;
@@ -22,14 +24,14 @@ constexpr TypeName type_names[] = {{"Scalar", "scalar", 1},
                                    {"SymmTensor", "symmTensor", 6},
                                    {"Tensor", "tensor", 9}};
 
-/// Dictionaries in dictionaries; real fields have two or three.
+/// The most dictionaries in dictionaries; real fields have two or three.
 constexpr size_t most_depth = 64;
 
 bool is_blank(char c) {
   return TextScanner::is_white(c);
 }
 
-/// Where keywords end. Patterns of patches' names may have parentheses in them.
+/// Where keywords end. Patterns of patches' names may have parentheses in them, so these do not end one.
 bool ends_keyword(char c) {
   return is_blank(c) || c == ';' || c == '{' || c == '}' || c == '"';
 }
@@ -37,7 +39,7 @@ bool ends_word(char c) {
   return ends_keyword(c) || c == '(' || c == ')' || c == '[' || c == ']';
 }
 
-/// Of a number as it is written; 17 tell any double.
+/// How many digits a number is written with, leading zeros not counted; 17 tell any double.
 int significant_digits(std::string_view number) {
   int digits = 0;
   for (const char c : number) {
@@ -48,7 +50,8 @@ int significant_digits(std::string_view number) {
   return std::min(digits, 17);
 }
 
-/// Walks over the entries of a field's text.
+/// Walks over the entries of a field's text once and notes where values stand; everything else stays text,
+/// which goes back into the field word for word.
 class FieldScanner {
  public:
   FieldScanner(std::string_view text, const std::string& name) : text_(text) {
@@ -75,7 +78,7 @@ class FieldScanner {
   void note_directive(std::string_view what) {
     if (field_.directive.empty()) field_.directive = std::string(what.substr(0, 40));
   }
-  /// Fills in whose they are; false: of no place that an array has.
+  /// Fills in whose the values are; false: of no place that an array has.
   bool place(FoamValues& values, const std::string& key) const;
 
   FoamField field_;
@@ -92,7 +95,7 @@ Result<> FieldScanner::skip_to(std::string_view end, size_t from, const char* wh
   return {};
 }
 
-/// Blanks and comments.
+/// Skips blanks and comments.
 Result<> FieldScanner::skip() {
   for (;;) {
     while (at_ < text_.size() && is_blank(text_[at_])) ++at_;
@@ -153,7 +156,7 @@ bool FieldScanner::place(FoamValues& values, const std::string& key) const {
   return true;
 }
 
-/// "uniform" is behind us.
+/// Takes a uniform value; the word "uniform" is behind us.
 Result<> FieldScanner::take_uniform(const std::string& key) {
   FoamValues values;
   values.uniform = true;
@@ -171,7 +174,8 @@ Result<> FieldScanner::take_uniform(const std::string& key) {
   return {};
 }
 
-/// Binary numbers are passed over by their size; text is searched for the closing parenthesis.
+/// Passes over the values of a list. Binary numbers are passed over by their size, as they may hold any byte;
+/// text is searched for the closing parenthesis.
 Result<> FieldScanner::take_list_values(FoamValues& values) {
   const uint32_t components = foam_components(values.type);
   const bool of_labels = values.type == "label", of_flags = values.type == "bool";
@@ -210,7 +214,7 @@ Result<> FieldScanner::take_mark(FoamValues& values) {
   return {};
 }
 
-/// A list, behind "List<type>" or "nonuniform".
+/// Takes a list, behind "List<type>" or "nonuniform".
 Result<> FieldScanner::take_list(const std::string& key, std::string_view type, bool nonuniform) {
   FoamValues values;
   values.type = type;
@@ -229,7 +233,7 @@ Result<> FieldScanner::take_list(const std::string& key, std::string_view type, 
     at_ = static_cast<size_t>(behind - text_.data());
     MAILLE_CHECK(skip());
     values.repeated = here() == '{';
-    // Nothing follows the length of an empty list in binary.
+    // Nothing follows the length of an empty list in binary files.
     values.end = at_;
     if (here() != '(' && here() != '{') {
       if (values.count == 0 && nonuniform && place(values, key))
@@ -249,7 +253,8 @@ Result<> FieldScanner::take_list(const std::string& key, std::string_view type, 
   return {};
 }
 
-/// One piece of an entry's value. `last`: the word before it.
+/// Takes one piece of an entry's value. `last`: the word before it, which tells "nonuniform List<...>" from
+/// other lists.
 Result<> FieldScanner::take_token(const std::string& key, std::string_view& last) {
   if (here() == '"') {
     last = {};
@@ -261,6 +266,7 @@ Result<> FieldScanner::take_token(const std::string& key, std::string_view& last
     return skip_to("#}", at_ + 2, "code");
   }
   const std::string_view found = word();
+  // A sign by itself; passing over it is what makes the loop end.
   if (found.empty()) {
     ++at_;
     last = {};
@@ -280,7 +286,7 @@ Result<> FieldScanner::take_token(const std::string& key, std::string_view& last
   return {};
 }
 
-/// What stands behind a keyword, to its ';'.
+/// Takes what stands behind a keyword, to its ';'.
 Result<> FieldScanner::take_tokens(const std::string& key) {
   const bool of_header = path_.size() == 1 && path_[0] == "FoamFile";
   const size_t begin = at_;
@@ -322,7 +328,7 @@ Result<FoamField> FieldScanner::scan() {
       if (path_.size() == 2 && path_[0] == "boundaryField" && !field_.patches.empty())
         field_.patches.back().end = at_;
       path_.pop_back();
-      // Nothing is known of what is behind it.
+      // A class that is no field: nothing is known of what is behind the header.
       if (of_header && !foam_field_kind(field_.type)) return std::move(field_);
       continue;
     }
@@ -348,6 +354,7 @@ Result<FoamField> FieldScanner::scan() {
 
 }  // namespace
 
+// Lines are counted only for a message.
 tl::unexpected<Error> FoamField::bad(size_t at, const std::string& what) const {
   const auto lines =
       std::count(text.begin(), text.begin() + static_cast<ptrdiff_t>(std::min(at, text.size())), '\n');
@@ -443,6 +450,7 @@ Result<> FoamValueReader::read_text(std::byte* out) {
 
 Result<> FoamValueReader::next(std::byte* out) {
   const size_t size = components_ * size_of(field_.scalar());
+  // One value for all is read once.
   if (values_.uniform || values_.repeated) {
     if (repeated_.empty()) {
       repeated_.resize(size);
