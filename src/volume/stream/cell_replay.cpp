@@ -26,6 +26,7 @@ Result<bool> CellReplay::next_block(CodedCells& cells) {
     if (!coder_.code(*cells_, *numbers_, cell_, cells) || cells_->exhausted() || numbers_->exhausted())
       return failure(ErrorCode::corrupt,
                      "batch " + std::to_string(batch_number()) + ": the cells are damaged");
+    // A record may be a loose cell of 2^24 points: the limit is asked for after each.
     if (cells.nodes.size() * 16 > limits_.mesh_bytes)
       return failure(ErrorCode::memory_bound, "some thousand cells take more memory than allowed");
   }

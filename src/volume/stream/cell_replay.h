@@ -11,7 +11,8 @@
 namespace maille {
 
 /// The cells of a stream once more, without any values: the order in which points come up and cells follow
-/// one another, behind which values of a later time are coded.
+/// one another, behind which values of a later time are coded. Encoder and decoder of a step see the same
+/// slots as when the mesh was coded, so that predictors of values work as there.
 class CellReplay {
  public:
   CellReplay(const FileReader& file, const StreamHeader& header, const Limits& limits)

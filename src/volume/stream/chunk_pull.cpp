@@ -10,6 +10,9 @@
 
 namespace maille {
 
+/// Moves what is still needed (from the mark on) to the front of the buffer, then reads until there is
+/// enough. The buffer grows with the largest chunk and what the mark keeps, never by a claim alone: `size` is
+/// capped by the format.
 Result<Bytes> ChunkPull::window(size_t size) {
   if (end_ - at_.begin < size) {
     const size_t kept = mark_.begin;
@@ -48,7 +51,8 @@ Result<FileHeader> ChunkPull::begin() {
 
 Result<bool> ChunkPull::next(ChunkHeader& header, Bytes& content) {
   for (;;) {
-    // A pipe may hold less than the longest header: the next batch is still being made.
+    // A pipe may hold less than the longest header, because the next batch is still being made: from the size
+    // of a footer on, one byte more is asked for until the header is whole.
     std::optional<ParsedChunkHeader> parsed;
     for (size_t size = footer_bytes; !parsed && size <= max_chunk_header_bytes; ++size) {
       parsed = read_chunk_header(MAILLE_TRY(window(size)));
@@ -69,6 +73,7 @@ Result<bool> ChunkPull::next(ChunkHeader& header, Bytes& content) {
     }
     const bool of_index = parsed->header.type == index_type;
     if (of_index && at_.index_offset == 0) at_.index_offset = at_.offset;
+    // The index is no part of the digest, as it says nothing new.
     at_.offset += total;
     at_.begin += total;
     if (of_index) continue;
@@ -79,6 +84,7 @@ Result<bool> ChunkPull::next(ChunkHeader& header, Bytes& content) {
   }
 }
 
+/// The footer must be here, and nothing but another part of the file behind it.
 Result<> ChunkPull::check_end() {
   // Behind the footer something may have been appended: chunks, which are not the mesh's.
   const Bytes rest = MAILLE_TRY(window(footer_bytes + 1));

@@ -10,7 +10,8 @@
 namespace maille {
 
 /// Chunks of a file front to back, each verified before it is given out. At the end the digest of the footer
-/// is compared, so that nothing was lost on the way.
+/// is compared, so that nothing was lost on the way. It works on pipes: it never seeks, and holds one chunk
+/// (up to 1 MiB), or what came since the mark.
 class ChunkPull {
  public:
   explicit ChunkPull(std::unique_ptr<ByteStream> bytes) : bytes_(std::move(bytes)) {}
@@ -22,8 +23,8 @@ class ChunkPull {
   Result<bool> next(ChunkHeader& header, Bytes& content);
   /// From here on chunks can be had again.
   void mark();
-  /// Back to the mark, for bytes that have not arrived yet: the stream gave an error of kind `network`, and
-  /// may be asked once more.
+  /// Goes back to the mark, for bytes that have not arrived yet: the stream gave an error of kind `network`,
+  /// and may be asked once more. What was read since is still in the buffer.
   void rewind();
   std::string name() const { return bytes_->name(); }
 

@@ -9,7 +9,8 @@
 
 namespace maille {
 
-/// Number maps of positions, then of each array of a stream, with the error each may have.
+/// Number maps of positions, then of each array of a stream, with the error each may have; and what else an
+/// encoder that knows the mesh chooses before the first cell.
 struct ArrayMapsList {
   std::vector<std::vector<NumberMap>> maps;
   std::vector<double> bounds;
@@ -37,7 +38,8 @@ Result<ArrayMapsList> choose_stream_maps(const Mesh& mesh, const StreamOptions& 
 /// number.
 std::optional<Array> as_floats(const Array& array);
 
-/// A lattice for a declared range, or the numbers as they are. Error: usage.
+/// A lattice for a declared range, or the numbers as they are, by component. `diagonal`: what relative bounds
+/// are parts of; `bound` gets the largest error in units of the array, 0 for none. Error: usage.
 Result<std::vector<NumberMap>> declared_maps(const StreamArray& array, double diagonal, double& bound);
 double declared_width(const StreamArray& array);
 

@@ -7,10 +7,12 @@
 
 namespace maille {
 
-/// Numbers that were met, each once; memory for those that were, not for what a file claims.
+/// Numbers that were met, each once: a bit for each, in pages of 32,768. Memory is that of the pages that
+/// were met, not of what a file claims; numbers far apart cost a page each, which full() limits.
 class NumberSet {
  public:
   explicit NumberSet(uint64_t most_bytes) : most_pages_(most_bytes / sizeof(Page)) {}
+  /// Whether it takes more than allowed; asked now and then, so it may be exceeded by what came since.
   bool full() const { return pages_.size() > most_pages_; }
   /// False: it was there already.
   bool add(uint64_t number) {

@@ -9,7 +9,7 @@
 namespace maille {
 namespace {
 
-/// Mod 2^64.
+/// The number modulo 2^64; of negative ones the low bytes are the same in any width.
 template <class T>
 uint64_t widened(const std::byte* number) {
   return static_cast<uint64_t>(load<T>(number));
@@ -38,7 +38,8 @@ uint64_t (*number_reader(Scalar type))(const std::byte*) {
 
 namespace {
 
-/// The runs of an array of `count` tuples, read some at a time.
+/// The runs of an array of `count` tuples, read some at a time. It gives up as soon as there are too many
+/// runs for what was read, so that an array in no order is left after a few numbers.
 template <class Read>
 Result<std::optional<NumberedArray>> find_numbered(const Array& array, size_t i, uint64_t count, Read read) {
   std::optional<NumberedArray> none;
@@ -110,9 +111,11 @@ RisingNumbers::RisingNumbers(const NumberedArray& array, Scalar type)
 }
 
 void RisingNumbers::store(uint64_t element, std::byte* out) const {
+  // The run before the first one that begins behind the element; there is one, as the first begins at 0.
   const auto run =
       static_cast<size_t>(std::upper_bound(begin_.begin(), begin_.end(), element) - begin_.begin()) - 1;
   const uint64_t number = runs_[run].first + (element - begin_[run]);
+  // Little-endian: the low bytes are the number in the narrower type.
   std::memcpy(out, &number, size_);
 }
 

@@ -13,9 +13,11 @@ namespace maille {
 // Numbers of points and cells: what a value is follows from its place in the mesh, so that zeros are coded in
 // their stead.
 
+// A table of runs takes 1 MiB at most. Part of the format.
 inline constexpr size_t most_number_runs = 1 << 16;
 
-/// Fewer are not worth a run, which takes about six bytes, a number in no order about two.
+/// Elements a run has on average at least. Fewer are not worth a run, which takes about six bytes, a number
+/// in no order about two.
 inline constexpr uint64_t fewest_numbered = 64;
 /// Gives numbers of the type mod 2^64; nullptr for types that numbers of elements do not have.
 uint64_t (*number_reader(Scalar type))(const std::byte*);
@@ -25,7 +27,7 @@ std::optional<NumberedArray> find_numbered(const Array& array, size_t i);
 std::vector<NumberedArray> find_numbered(const Mesh& mesh);
 Result<std::vector<NumberedArray>> find_numbered(MeshSource& mesh);
 
-/// A mesh with zeros in the stead of numbers.
+/// A mesh with zeros in the stead of numbers, for encoders that read in parts: all else passes through.
 class WithoutNumbers final : public MeshSource {
  public:
   WithoutNumbers(MeshSource& mesh, const std::vector<NumberedArray>& numbered)
@@ -50,7 +52,8 @@ class WithoutNumbers final : public MeshSource {
   std::vector<bool> is_numbered_;
 };
 
-/// The values of an array by element.
+/// The values of an array by element. The runs cover all elements of a valid file; an element beyond them
+/// gets the number that the last run would have.
 class RisingNumbers {
  public:
   RisingNumbers(const NumberedArray& array, Scalar type);

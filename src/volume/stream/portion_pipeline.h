@@ -10,7 +10,8 @@
 namespace maille {
 
 /// Calls add(portion) for each portion of a stream, which does its work while the next one is decoded, then
-/// done(portion), both Result<>. The first error of either ends it.
+/// done(portion), both Result<>. The first error of either ends it; an error of add() goes before one of the
+/// portion behind it. add() may not keep the portion: there are two, which take turns.
 template <class Add, class Done>
 Result<> for_each_portion(StreamReader& reader, Executor* executor, Add add, Done done) {
   Executor& threads = executor != nullptr ? *executor : serial_executor();

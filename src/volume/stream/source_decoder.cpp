@@ -19,7 +19,8 @@
 namespace maille {
 namespace {
 
-/// Writes portions where they belong.
+/// Writes portions where they belong: cells in their order, tuples of points by their numbers. Only numbers
+/// of points are remembered, a bit each.
 class SinkFeeder {
  public:
   SinkFeeder(const StreamDescription& stream, const MeshDescription& mesh, MeshSink& sink,
@@ -31,7 +32,7 @@ class SinkFeeder {
     for (const StreamArray& array : stream.arrays) domains_.push_back(array.domain);
   }
 
-  /// The portion is the same again afterwards.
+  /// Writes one portion. Its vectors are lent to the sink for the call, and are the same again afterwards.
   Result<> add(StreamPortion& portion) {
     MAILLE_CHECK(find_runs(portion.points));
     MAILLE_CHECK(add_points(portion.positions,
@@ -55,6 +56,7 @@ class SinkFeeder {
   static constexpr size_t not_wanted = ~size_t{0};
 
   Result<> add_cells(StreamPortion& portion) {
+    // Counts that do not fit are damage: writers of many formats have fixed places for all cells by now.
     if (portion.cell_count() > mesh_.cells - std::min(mesh_.cells, portion.first_cell))
       return failure(ErrorCode::corrupt, name_ + ": more cells than its end says");
     cells_.types.resize(portion.types.size());
@@ -72,7 +74,8 @@ class SinkFeeder {
     return written;
   }
 
-  /// Orders the points of a portion by number: neighbours are written at once.
+  /// Orders the points of a portion by number: neighbours are written at once. A number that is too large or
+  /// comes twice is damage, found before anything is written.
   Result<> find_runs(const std::vector<uint64_t>& numbers) {
     order_.clear();
     sorted_ = numbers;
@@ -104,7 +107,7 @@ class SinkFeeder {
     }
     return {};
   }
-  /// In the order of their numbers.
+  /// The tuples of points `begin` to `end` in the order of their numbers; valid until the next call.
   Bytes tuples_between(const std::vector<std::byte>& tuples, size_t size, size_t begin, size_t end) {
     if (order_.empty()) return Bytes(tuples).subspan(begin * size, (end - begin) * size);
     run_.resize((end - begin) * size);
@@ -127,6 +130,8 @@ class SinkFeeder {
 
 }  // namespace
 
+/// What a decoded mesh will hold, from the ends of the file alone: sinks need it before the first cell.
+/// Error: usage, unsupported (an order apart needs the whole mesh in memory).
 Result<MeshDescription> describe(const Source& source, const DecodeOptions& options) {
   const StreamEnds ends = MAILLE_TRY(read_stream_ends(source));
   StreamDescription stream = ends.header.description;
@@ -171,6 +176,7 @@ Result<> decode_stream(const Source& source, MeshSink& sink, const DecodeOptions
   const auto add = [&](StreamPortion& portion) { return feeder.add(portion); };
   MAILLE_CHECK(for_each_portion(reader, options.executor, add, [&](const StreamPortion& portion) -> Result<> {
     const auto done = static_cast<double>(portion.first_cell + portion.cell_count());
+    // An empty mesh divides by next to nothing instead of by nothing.
     if (options.progress && !options.progress({"cells", done / (static_cast<double>(mesh.cells) + 1e-9)}))
       return cancelled();
     return {};

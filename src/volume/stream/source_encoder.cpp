@@ -25,7 +25,8 @@ namespace maille {
 namespace {
 
 /// Points of a source. Who reads them owns the source while cells are coded: before the first point, the next
-/// cells are read, too, if that was asked for.
+/// cells are read, too, if that was asked for. So the source is never used by two threads, and reading goes
+/// beside coding.
 class PointsWithCellsAhead final : public PointSource {
  public:
   PointsWithCellsAhead(MeshSource& mesh, uint64_t memory) : points_(mesh, memory, true) {}
@@ -45,6 +46,7 @@ class PointsWithCellsAhead final : public PointSource {
 };
 
 /// Hands the cells of a source to a writer, a block of LastUses at a time: the next one is read meanwhile.
+/// Two pieces take turns.
 class SourceFeeder {
  public:
   SourceFeeder(MeshSource& mesh, PointsWithCellsAhead& points, StreamWriter& writer, LastUses& uses)
@@ -69,10 +71,12 @@ class SourceFeeder {
             [&, next] { loaded = load(next, std::min(LastUses::step, cells - next), pieces_[1 - k]); });
       }
       MAILLE_CHECK(feed_piece(first, pieces_[k]));
+      // Unless the writer asked for no point meanwhile, this was done beside its work.
       points_.read_ahead();
       MAILLE_CHECK(loaded);
     }
     MAILLE_CHECK(begin_blocks(cells));
+    // Points without cells, some at a time, so that a mesh of points only needs no list of all.
     for (uint64_t next = 0;;) {
       const std::vector<uint64_t> unused = MAILLE_TRY(uses_.unused(next));
       if (unused.empty()) return {};
@@ -103,7 +107,7 @@ class SourceFeeder {
     }
     return {};
   }
-  /// Those that begin at the cell, empty ones included.
+  /// Begins the blocks that start at the cell, empty ones included; behind the last cell those that are left.
   Result<> begin_blocks(uint64_t cell) {
     const auto& blocks = mesh_.description().blocks;
     for (; next_block_ < blocks.size() && block_end_ <= cell; ++next_block_) {
@@ -112,7 +116,8 @@ class SourceFeeder {
     }
     return {};
   }
-  /// Cells of one type and size within one block; returns how many.
+  /// Gives the writer cells of one type and size within one block; returns how many. Runs are found in the
+  /// piece, so that no cell is copied.
   Result<uint64_t> feed_run(const Piece& piece, uint64_t first, uint64_t i) {
     const CellPiece& cells = piece.cells;
     const uint64_t nodes = cells.offsets[i + 1] - cells.offsets[i];
@@ -172,9 +177,10 @@ EncodeReport report_of(const MeshDescription& mesh, const EncodeOptions& options
   return report;
 }
 
-/// What a point in use takes, with the cells it belongs to: entries of the hull, and the values that predict.
-/// Measured: 274 bytes for hexahedra, 670 for tetrahedra, at -9 82 more; where numbers are in no order, 64
-/// for a page of them, too.
+/// What a point in use takes in bytes, with the cells it belongs to: entries of the hull, and the values that
+/// predict. Measured: 274 bytes for hexahedra, 670 for tetrahedra, at -9 82 more; where numbers are in no
+/// order, 64 for a page of them, too. Between 1 and 8 cells a point: hexahedra have about one, tetrahedra
+/// five to six.
 uint64_t bytes_in_use(const MeshDescription& mesh, const EncodeOptions& options) {
   const bool mixed = mixes_values(options.effort, false), bounded = mixes_values(options.effort, true);
   const uint64_t number = mixed ? 50 : 22;
@@ -206,10 +212,12 @@ uint64_t count_bounded(const MeshDescription& mesh, const std::vector<double>& b
   return numbers;
 }
 
-/// Pages of points that are read more than once or twice.
+/// What is left for pages at least: points are read more than once or twice only where the order scatters
+/// them. 1 MiB: 256 pages of the system. Chosen, no sweep is on record.
 constexpr uint64_t least_for_pages = uint64_t{1} << 20;
 
-/// What is left for pages.
+/// What is left of the limit for pages of points. Error: memory_bound, if what is in use at once would take
+/// more; that takes a pass over the cells, so it is counted only where all points together would not fit.
 Result<uint64_t> memory_for_pages(MeshSource& mesh, LastUses& uses, const WorkingSpace& space,
                                   const EncodeOptions& options) {
   const uint64_t wanted = space.memory / 4;

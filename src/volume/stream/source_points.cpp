@@ -9,7 +9,7 @@ namespace maille {
 namespace {
 
 constexpr size_t positions = ~size_t{0};
-/// A page of the system, about: what reading one number costs in any case.
+/// About a page of the system: what reading one number costs in any case.
 constexpr size_t page_bytes = 4096;
 
 }  // namespace
@@ -31,10 +31,13 @@ SourcePoints::SourcePoints(MeshSource& mesh, uint64_t memory, bool arrays) : mes
   page_shift_ = static_cast<unsigned>(std::countr_zero(points_per_page_));
   const uint64_t all = description.points / points_per_page_ + 1;
   const uint64_t fit = memory / (points_per_page_ * stride_ + sizeof(Page));
+  // Sixteen sets at least, however little memory there is: 64 pages, or 256 KiB for an array.
   sets_ = std::max<uint64_t>(std::min(all, fit) / ways + 1, 16);
   pages_.resize(sets_ * ways);
 }
 
+/// Reads a page, each array's part of it at once. The last page of a mesh is shorter. A page whose reading
+/// failed stays empty.
 Result<> SourcePoints::load(Page& page, uint64_t number) {
   const uint64_t first = number * points_per_page_;
   const uint64_t count = std::min(points_per_page_, mesh_.description().points - first);
@@ -51,6 +54,7 @@ Result<> SourcePoints::load(Page& page, uint64_t number) {
   return {};
 }
 
+/// The page of the last point is mostly that of the next one.
 Result<const SourcePoints::Page*> SourcePoints::find(uint64_t number) {
   if (last_ != nullptr && last_->number == number) return last_;
   Page* const set = pages_.data() + number % sets_ * ways;
@@ -64,6 +68,7 @@ Result<const SourcePoints::Page*> SourcePoints::find(uint64_t number) {
   return last_;
 }
 
+/// Copies the values of a point, positions first, to `out`. Error: malformed_input; those of the source.
 Result<> SourcePoints::read(uint64_t number, std::byte* out) {
   if (number >= mesh_.description().points) {
     return failure(ErrorCode::malformed_input, "point " + std::to_string(number) + " is not there");

@@ -8,7 +8,8 @@
 namespace maille {
 
 /// Values of points of a source, read when they are asked for: pages of some hundred points, those used last
-/// are kept.
+/// are kept. A cache of sets of four pages, the page that was used longest ago goes; memory is fixed from the
+/// start.
 class SourcePoints final : public PointSource {
  public:
   /// `arrays`: with the arrays on points, else positions only.

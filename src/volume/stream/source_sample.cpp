@@ -9,6 +9,8 @@
 namespace maille {
 namespace {
 
+// 65,536: arrays up to that size are looked at whole. Stretches of 1,024, as neighbouring tuples are read
+// together.
 constexpr uint64_t tuples_in_all = TableSearch::most_tuples;
 constexpr uint64_t tuples_at_once = 1 << 10;
 constexpr size_t positions = ~size_t{0};
@@ -18,7 +20,8 @@ Result<> read_tuples(MeshSource& mesh, size_t array, uint64_t first, uint64_t co
   return array == positions ? mesh.read_points(first, count, out) : mesh.read_array(array, first, count, out);
 }
 
-/// Stretches of the array, evenly over all of it.
+/// Takes stretches of the array, evenly over all of it: 64 of them, from its first tuple to its last. Nothing
+/// is drawn at random, so that the same mesh gives the same file.
 Result<> take_sample(MeshSource& mesh, size_t array, uint64_t count, Array& sample) {
   const size_t size = sample.tuple_size();
   sample.resize(std::min(count, tuples_in_all));
@@ -32,8 +35,8 @@ Result<> take_sample(MeshSource& mesh, size_t array, uint64_t count, Array& samp
   return {};
 }
 
-/// The least and the largest finite number of each component, and the one nearest to 0, from which logarithms
-/// count, as three tuples more.
+/// Adds the least and the largest finite number of each component, and the one nearest to 0, from which
+/// logarithms count, as three tuples more: a lattice must reach them, and the sample may have missed them.
 Result<> add_extremes(MeshSource& mesh, size_t array, uint64_t count, Array& sample) {
   const size_t number = size_of(sample.type), size = sample.tuple_size();
   std::vector<std::byte> part(tuples_at_once * size), low(size), high(size), near(size);
@@ -70,6 +73,7 @@ Result<Array> sample_of(MeshSource& mesh, size_t array, Array sample, const Tole
   return sample;
 }
 
+/// Cells for trials of tables, from the front of the mesh.
 Result<FirstCells> first_cells_of(MeshSource& mesh) {
   FirstCells first;
   CellPiece cells;
@@ -94,6 +98,7 @@ Result<ArrayMapsList> choose_source_maps(MeshSource& mesh, const StreamOptions& 
   sample.points = make_array("position", Domain::point, description.point_type, 3);
   sample.points = MAILLE_TRY(sample_of(mesh, positions, sample.points, one.positions.tolerance));
   ArrayMapsList list = MAILLE_TRY(choose_stream_maps(sample, one));
+  // A sample cannot tell whether numbers come again over the whole array.
   if (mixes_values && list.bounds[0] == 0 && description.points <= tuples_in_all)
     MAILLE_CHECK(tables.add_tables(sample.points, list.maps[0]));
   one.positions.tolerance = {};

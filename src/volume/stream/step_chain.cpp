@@ -8,6 +8,7 @@
 
 namespace maille {
 
+/// In 64 bits the product cannot overflow: batches and arrays are below 2^32.
 Result<StreamKey> key_of(uint64_t step, uint64_t batch, uint64_t array, uint64_t arrays) {
   const uint64_t number = batch * arrays + array;
   if (step > UINT32_MAX || number > UINT32_MAX)
@@ -25,6 +26,8 @@ Result<StepValues> StepValues::open(const Source& source, uint64_t number) {
   }
   const StreamHeader mesh = MAILLE_TRY(decode_header(MAILLE_TRY(file.read_stream({"DESC"}))));
   StepValues values(std::move(file), number);
+  // Backwards, until a step needs none before it. A hostile file cannot make this long: multiples of 16 must
+  // stand alone.
   for (uint64_t step = number;; --step) {
     const StreamKey key{"STEP", static_cast<uint32_t>(step), 0};
     StepHeader header =
@@ -40,6 +43,7 @@ Result<StepValues> StepValues::open(const Source& source, uint64_t number) {
 
 namespace {
 
+/// Such a list begins anew, whatever was before.
 bool needs_none_before(const std::vector<StepEntry>& entries) {
   return std::all_of(entries.begin(), entries.end(),
                      [](const StepEntry& entry) { return entry.method == StepEntry::whole; });
@@ -47,7 +51,8 @@ bool needs_none_before(const std::vector<StepEntry>& entries) {
 
 }  // namespace
 
-/// Lists are told by the one before, from a step on that does without or has none of its own.
+/// Lists of metadata are told by the one before; the walk back ends at a step that does without, that has
+/// none of its own, or whose number is a multiple of 16.
 Result<Metadata> metadata_of_step(const FileReader& file, const StreamHeader& mesh, uint64_t step) {
   std::vector<std::vector<StepEntry>> lists;  // the last one first
   for (; step > 0; --step) {
@@ -87,6 +92,8 @@ ValueChain ValueChain::of_mesh(const StreamHeader& mesh, std::optional<size_t> a
 Result<ValueChain> ValueChain::of_step(const StreamHeader& mesh, const StepValues& values, size_t array) {
   const StreamArray wanted = values.header().arrays[array];
   ValueChain chain(wanted.type, wanted.components);
+  // Follows `of` from step to step; every array on the way must be like the one that is wanted, as its values
+  // pass through. `step` falls with each turn, so that the loop ends.
   // From the last link to the first.
   std::vector<std::pair<uint64_t, size_t>> links;
   uint64_t step = values.number();
@@ -115,6 +122,7 @@ Result<ValueChain> ValueChain::of_step(const StreamHeader& mesh, const StepValue
   return chain;
 }
 
+/// Each link reads its own chunk of the batch. Bytes are kept, as decoders refer to them.
 Result<> ValueChain::begin_batch(Bytes of_mesh, const StepValues* values, uint32_t batch) {
   for (Link& link : links_) {
     if (link.step == 0) {
@@ -142,6 +150,7 @@ bool ValueChain::code(const CodedCells& cells, std::span<const Vector3> places, 
   const size_t count = domain() == Domain::point ? cells.points.size() : cells.size();
   for (Link& link : links_) {
     if (link.maps.empty()) {
+      // `tuples` are read as the step before and written as this one, tuple by tuple (ArrayStage::code()).
       if (!link.stage.code(cells, places, tuples, tuples)) return false;
       continue;
     }
@@ -160,6 +169,7 @@ void add_as(Scalar type, const std::vector<NumberMap>& maps, Bytes differences, 
   for (size_t i = 0; i < differences.size() / sizeof(Code); ++i) {
     std::byte* const number = tuples + i * size_of(type);
     const NumberMap& map = maps[i % maps.size()];
+    // Unsigned, as differences of a damaged stream may be anything.
     const auto before = static_cast<Unsigned>(map.code_of(type, number));
     const auto code = static_cast<Code>(before + load<Unsigned>(differences.data() + i * sizeof(Code)));
     map.store_number(type, code, number);

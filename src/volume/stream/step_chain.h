@@ -10,10 +10,13 @@
 
 namespace maille {
 
-/// Steps whose number is a multiple of this need no other one.
+/// Steps whose number is a multiple of this need no other one: a reader opens at most 16 steps for one. Part
+/// of the format. Chosen, no sweep is on record: less often would make single steps slower to read, more
+/// often would make files larger.
 inline constexpr uint64_t key_steps = 16;
 
-/// The values of one step in a file, apart from the mesh, and of the steps before it that it needs.
+/// The values of one step in a file, apart from the mesh, and of the steps before it that it needs. Headers
+/// only are read on opening; tuples are read batch by batch.
 class StepValues {
  public:
   /// Step `number` of the file, counted from 1. `source` must outlive it. Errors: usage (there is no such
@@ -45,7 +48,8 @@ Result<Metadata> metadata_of_step(const FileReader& file, const StreamHeader& me
 Result<StreamKey> key_of(uint64_t step, uint64_t batch, uint64_t array, uint64_t arrays);
 
 /// One array as a reader gives it out: coded by itself, or as differences of codes to that of the step
-/// before, which may be differences, too.
+/// before, which may be differences, too. Links stand from the first to the last; each is decoded on top of
+/// the one before, block by block, so that no more than a block of values is held.
 class ValueChain {
  public:
   /// Array `i` (positions: none) of the mesh.
@@ -88,8 +92,8 @@ class ValueChain {
   std::vector<std::byte> differences_;
 };
 
-/// Codes of lattices, `count` tuples: `tuples` become those of the differences to them, or the other way
-/// round.
+/// Differences of codes of lattices: `tuples` become what the differences to them say, or the differences are
+/// found. Both wrap in the width of the codes. docs/format.md, 16.9.
 void add_differences(Scalar type, const std::vector<NumberMap>& maps, Bytes differences, std::byte* tuples);
 void find_differences(Scalar type, const std::vector<NumberMap>& maps, Bytes before, Bytes tuples,
                       std::byte* differences);

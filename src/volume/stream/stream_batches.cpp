@@ -9,6 +9,7 @@
 namespace maille {
 namespace {
 
+/// Bytes of all values of a point.
 size_t stride_of(const StreamOptions& options) {
   size_t stride = options.positions.tuple_size();
   for (const StreamArray& array : options.arrays)
@@ -34,6 +35,7 @@ StreamBatches::StreamBatches(Sink& sink, StreamOptions options, StreamHeader hea
   for (size_t i = 0; i < options_.arrays.size(); ++i)
     stages_.emplace_back(header_.array(i), options_.arrays[i].domain);
   for (auto& stage : stages_) {
+    // Coders begin with each batch, models do not.
     stage.begin_batch(RansEncoder(stage.lanes()));
     is_placed_ = is_placed_ || stage.is_placed();
   }
@@ -46,7 +48,8 @@ StreamBatches::StreamBatches(Sink& sink, StreamOptions options, StreamHeader hea
   for (Block& block : blocks_) block.tuples.resize(stages_.size());
 }
 
-/// Points told to have ended end with the last cell that waits and uses them; `late` gets the others.
+/// Points told to have ended end with the last cell that waits and uses them; `late` gets the others. Going
+/// backwards finds the last use first; the set is only looked up, so that its order does not matter.
 void StreamBatches::resolve_ends(std::vector<uint64_t>& late) {
   for (size_t i = intake.numbers.size(); i-- > 0 && !intake.ended.empty();) {
     if (intake.ended.erase(intake.numbers[i]) > 0) intake.last_use[i] = 1;
@@ -60,7 +63,7 @@ void StreamBatches::resolve_ends(std::vector<uint64_t>& late) {
   intake.told.clear();
 }
 
-/// The description, which tells how cells are coded.
+/// Writes the description, which tells how cells are coded, once and before the first of them.
 Result<> StreamBatches::begin_stream() {
   if (coder_) return {};
   coder_.emplace(header_.mixing, !options_.any_order);
@@ -70,6 +73,8 @@ Result<> StreamBatches::begin_stream() {
   return file_.write_stream({"ordr", 0, 0}, order_apart_);
 }
 
+/// Codes the records of the intake. Runs of hexahedra go through sweep(), which does as many as it can; each
+/// that it leaves is coded alone, and the sweep is tried again behind it.
 void StreamBatches::code_records(CellCoder<RangeEncoder>& coder, RangeEncoder& cells,
                                  RangeEncoder& numbers_out, CodedCells& out) {
   const uint64_t* const all_numbers = intake.all_numbers();
@@ -98,6 +103,7 @@ void StreamBatches::code_records(CellCoder<RangeEncoder>& coder, RangeEncoder& c
       cell_.finals.assign(last_use.begin(), last_use.end());
     } else {
       cell_.final = 0;
+      // Nodes stand in the order of the hull here; files have voxels and pixels in another one.
       for (size_t i = 0; i < record.nodes; ++i) {
         const size_t place = record.kind < shape_count ? cell_shapes[record.kind].place[i] : i;
         cell_.number[i] = numbers[place];
@@ -108,7 +114,8 @@ void StreamBatches::code_records(CellCoder<RangeEncoder>& coder, RangeEncoder& c
   }
 }
 
-/// The values of the points that came up, out of the waiting ones or from the caller.
+/// Takes the values of the points that came up, out of the waiting ones or from the caller (PointSource), in
+/// the order in which they came up, which is that of the file.
 Result<> StreamBatches::take_point_values(Block& block) {
   for (size_t s = 0; s < stages_.size(); ++s) {
     if (stages_[s].domain() == Domain::point)
@@ -122,6 +129,7 @@ Result<> StreamBatches::take_point_values(Block& block) {
     if (options_.points) {
       MAILLE_CHECK(options_.points->read(number, to));
     } else if (!waiting.take(number, to)) {
+      // The cell is told from the start of the stream, as callers count them.
       const uint64_t cell = block.cells.points[i].cell;
       const std::string where = cell == no_slot ? "" : "cell " + std::to_string(report_.cells + cell) + ": ";
       return failure(ErrorCode::malformed_input, where + "point " + std::to_string(number) +
@@ -138,12 +146,15 @@ Result<> StreamBatches::take_point_values(Block& block) {
   return {};
 }
 
+/// The first stage of a block: its cells, and the values that they bring. Values of cells are swapped, not
+/// copied.
 Result<> StreamBatches::code_cells(Block& block) {
   block.cells.clear();
   coder_->end_block();
   code_records(*coder_, cells_, numbers_, block.cells);
   if (!takes_late()) MAILLE_CHECK(take_point_values(block));
   if (is_placed_) places_.find(block.tuples[0], block.places);
+  // The buffers of the block before come back into the intake, so that nothing is allocated in the long run.
   size_t next = 0;
   for (size_t s = 0; s < stages_.size(); ++s) {
     if (stages_[s].domain() == Domain::cell) block.tuples[s].swap(intake.cell_arrays[next++]);
@@ -161,6 +172,7 @@ Result<> StreamBatches::code_cells(Block& block) {
   return {};
 }
 
+/// The second stage of a block, for one array. Ranges are of the numbers as they were given.
 Result<> StreamBatches::code_values(Block& block, size_t stage) {
   if (stage == 0 && takes_late()) MAILLE_CHECK(take_point_values(block));
   const StreamArray& array = stage == 0 ? options_.positions : options_.arrays[stage - 1];
@@ -169,7 +181,8 @@ Result<> StreamBatches::code_values(Block& block, size_t stage) {
   return {};
 }
 
-/// Codes what waits; ends of points that no waiting cell uses follow as records of their own.
+/// Codes what waits; ends of points that no waiting cell uses follow as records of their own: the end of a
+/// point in memory, or a point without cells.
 Result<> StreamBatches::run_block() {
   std::vector<uint64_t> late;
   if (!intake.ended.empty()) resolve_ends(late);
@@ -182,7 +195,8 @@ Result<> StreamBatches::run_block() {
   return {};
 }
 
-/// The cells of one block at the same time as the values of the block before.
+/// Codes the cells of one block at the same time as the values of the block before. Each task has its own
+/// coder and models, so that threads change no byte.
 Result<> StreamBatches::run_records() {
   if (intake.records.empty()) return {};
   Result<> cells, positions;
@@ -197,6 +211,7 @@ Result<> StreamBatches::run_records() {
       [[maybe_unused]] const Result<> none = code_values(before, task - 1);  // only positions can fail
     }
   });
+  // The older error first: values belong to the block before.
   MAILLE_CHECK(positions);
   MAILLE_CHECK(cells);
   MAILLE_CHECK(write_closed_batch());
@@ -204,12 +219,13 @@ Result<> StreamBatches::run_records() {
   current_ = 1 - current_;
   size_t bytes = cells_.size() + numbers_.size();
   for (auto& stage : stages_) bytes += stage.coder().size();
-  // The values of its last block are coded beside the cells of the next.
+  // The values of its last block are coded beside the cells of the next. The bytes are those so far, so that
+  // a batch ends a block late at most.
   if (batch_.records >= options_.most_cells_per_batch || bytes >= options_.bytes_per_batch) close_batch();
   return {};
 }
 
-/// No more records: the next ones are another batch's. What waits for their values is written then.
+/// Ends the batch: the next records are another one's. It is written when the values that wait are coded.
 void StreamBatches::close_batch() {
   if (batch_.records == 0) return;
   closed_.emplace();
@@ -224,7 +240,8 @@ void StreamBatches::close_batch() {
   for (BlockStart& start : intake.blocks) start.records_before = 0;
 }
 
-/// The batch that is closed, all of whose values are coded.
+/// Writes the batch that is closed, all of whose values are coded: cells, then each array that has tuples in
+/// it.
 Result<> StreamBatches::write_closed_batch() {
   if (!closed_) return {};
   const ClosedBatch batch = std::move(*closed_);
@@ -251,6 +268,7 @@ Result<> StreamBatches::write_closed_batch() {
   return {};
 }
 
+/// Everything that waits is coded and written: there is no next block whose cells it could go beside.
 Result<> StreamBatches::end_batch() {
   if (!closed_) close_batch();
   if (values_wait_) {
@@ -265,6 +283,7 @@ Result<> StreamBatches::end_batch() {
   return write_closed_batch();
 }
 
+/// Behind an error the state is not consistent any more, so that each further call gives that error again.
 Result<> StreamBatches::run() {
   if (failed_) return tl::unexpected(*failed_);
   const Result<> done = run_block();
@@ -280,7 +299,8 @@ Result<> StreamBatches::flush() {
   return end_batch();
 }
 
-/// Zeros were coded in their stead.
+/// Ranges of arrays of numbers: zeros were coded in their stead, and their ends tell the true ones, as they
+/// rise within each run.
 void StreamBatches::set_ranges_of_numbers() {
   for (const NumberedArray& numbered : header_.description.numbered) {
     const StreamArray& array = options_.arrays[numbered.array];

@@ -14,7 +14,9 @@
 namespace maille {
 
 /// The half of StreamWriter that codes: blocks of cells as they were taken in, their values one block later,
-/// batches, and the file.
+/// batches, and the file. A block passes through two stages: its cells in one call of run_records(), its
+/// values beside the cells of the next block. So a batch that is closed is written only when the values of
+/// its last block are coded.
 class StreamBatches {
  public:
   StreamBatches(Sink& sink, StreamOptions options, StreamHeader header, std::vector<std::byte> order_apart,
@@ -42,7 +44,8 @@ class StreamBatches {
     std::vector<std::vector<std::byte>> tuples;
     std::vector<Vector3> places = {};  ///< of the points, if is_placed_
   };
-  /// A batch whose cells are coded, and the values of its last block may not be.
+  /// A batch whose cells are coded, and the values of its last block may not be. There is never more than
+  /// one.
   struct ClosedBatch {
     BatchHeader header;
     std::vector<std::byte> cells, numbers;

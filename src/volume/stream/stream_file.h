@@ -18,7 +18,7 @@ struct ArrayMapsList;
 class FileReader;
 
 // encode(), decode() and inspect() for files of mode `stream`: a mesh in memory goes through StreamWriter and
-// StreamReader.
+// StreamReader. Errors are those of encode() and decode().
 
 Result<EncodeReport> encode_stream(const Mesh& mesh, Sink& sink, const EncodeOptions& options);
 Result<EncodeReport> encode_stream(MeshSource& mesh, Sink& sink, const EncodeOptions& options,
@@ -56,7 +56,8 @@ void copy_options(const AnyMesh& mesh, const EncodeOptions& options, StreamOptio
   stream.executor = options.executor;
 }
 
-/// What a stream says before its first and after its last cell. Error: corrupt when either is missing.
+/// What a stream says before its first and after its last cell. Error: corrupt when either is missing,
+/// unsupported for other modes.
 struct StreamEnds {
   StreamHeader header;
   StreamTail tail;

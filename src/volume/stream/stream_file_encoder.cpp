@@ -20,7 +20,8 @@
 namespace maille {
 namespace {
 
-/// The arrays of a mesh on points and cells, with zeros in the stead of numbers.
+/// The arrays of a mesh on points and cells, with zeros in the stead of numbers (numbered_arrays.h). Pointers
+/// go to the mesh, which must outlive this, or to the zeros here; a deque, as it never moves them.
 class StreamedArrays {
  public:
   explicit StreamedArrays(const Mesh& mesh) {
@@ -51,7 +52,8 @@ class StreamedArrays {
   std::deque<Array> zeros_;
 };
 
-/// Points of a mesh in memory, as the writer wants them.
+/// Points of a mesh in memory, as the writer wants them: values are copied when a point comes up, so that
+/// none waits in the writer.
 class MeshPoints final : public PointSource {
  public:
   /// `order`: gets the numbers as they are asked for; may be nullptr.
@@ -77,7 +79,8 @@ StreamArray describe(const Array& array, const Tolerance& tolerance) {
   return {array.name, array.domain, array.type, array.components, array.role, array.labels, tolerance, {}};
 }
 
-/// When each point is used last, counted in cells as written; none for points that no cell uses.
+/// When each point is used last, counted in cells as written; none for points that no cell uses. It is what
+/// the flags of last use follow from.
 std::vector<uint64_t> last_cells(const Mesh& mesh, const CellOrders& orders) {
   std::vector<uint64_t> last(mesh.point_count(), ~uint64_t{0});
   uint64_t time = 0;
@@ -86,6 +89,7 @@ std::vector<uint64_t> last_cells(const Mesh& mesh, const CellOrders& orders) {
     const uint64_t nodes = nodes_of(block.type);
     if (nodes != 0 && orders[b].empty()) {
       const uint64_t cells = block.connectivity.size() / nodes;
+      // Blocks of one size in their order need no look at offsets or orders: nearly all meshes.
       const uint32_t* point = block.connectivity.data();
       for (uint64_t i = 0; i < cells; ++i, ++time) {
         for (uint64_t k = 0; k < nodes; ++k) last[*point++] = time;
@@ -100,7 +104,8 @@ std::vector<uint64_t> last_cells(const Mesh& mesh, const CellOrders& orders) {
 }
 
 /// In which order cells are written, when each point is used last then, and the bytes that give the input's
-/// order back if that is to be kept.
+/// order back if that is to be kept. There are four ways: as they are, at gates, as the front meets them, and
+/// the last two with the input's order apart.
 struct Ordering {
   CellOrders orders;
   std::vector<uint64_t> last;
@@ -124,6 +129,8 @@ Ordering in_front_order(const Mesh& mesh) {
   return {mesh, std::move(orders), true};
 }
 
+/// `turned`: cells may begin with another corner, so that they come by the lowest face they can
+/// (docs/encoder.md, "Any order").
 Ordering at_gates(const Mesh& mesh, bool turned) {
   GateOrder found = gate_order(mesh, turned);
   Ordering ordering(mesh, std::move(found.cells), true);
@@ -132,8 +139,9 @@ Ordering at_gates(const Mesh& mesh, bool turned) {
   return ordering;
 }
 
-/// At gates; as the front meets them where there are cells without shape, or polygons alone: these take a
-/// twentieth more at gates, whose positions lose more there than gates save.
+/// At gates; as the front meets them where there are cells without shape, or polygons alone: connectivity of
+/// these takes 4 to 5 % more at gates (mesh_cht_3cyl; docs/history.md, "Gates instead of the front"), and
+/// positions lose more than gates save.
 Ordering in_coded_order(const Mesh& mesh, bool turned) {
   const bool solids = std::any_of(mesh.blocks.begin(), mesh.blocks.end(),
                                   [](const CellBlock& block) { return has_cells_of(block, 3); });
@@ -153,7 +161,8 @@ Ordering at_gates_apart(const Mesh& mesh, KeptOrder kept) {
 }
 
 /// What the connectivity of the first cells takes in an order; with the numbers of points if they are kept.
-/// Mostly without mixing: that makes all orders smaller, and takes longer.
+/// Mostly it is tried without mixing: that makes all orders smaller, and takes longer. It runs the same coder
+/// as the writer, on a hull of its own, and can go on from where it stopped.
 class Trial {
  public:
   Trial(const Mesh& mesh, const Ordering& ordering, bool numbered = false, Mixing mixing = Mixing::none)
@@ -179,6 +188,7 @@ class Trial {
     const uint64_t number = order.empty() ? in_block_ : order[in_block_];
     ++in_block_;
     cell_.kind = kind_of(block.type_of(number));
+    // Cells without shape would need the memory of faces; orders are compared by the others.
     if (cell_.kind >= shape_count) return;
     std::array<uint32_t, most_corners> room;
     const auto points = turned_points(block, number, ordering_.turns[block_], room);
@@ -204,7 +214,9 @@ class Trial {
   uint64_t in_block_ = 0, done_ = 0;
 };
 
-/// Some thousand cells mostly tell; more are tried where they do not. Scattered cells take long to try.
+/// Some thousand cells mostly tell; more are tried where they do not. Scattered cells take long to try. These
+/// are choices of the encoder (docs/encoder.md, "Order"): chosen, with 4,000 instead of 20,000 cells where
+/// that is enough since c3f90de.
 constexpr uint64_t fewest = 1'000, few = 4'000, sample = 20'000;
 
 uint64_t count_numbers(const Mesh& mesh) {
@@ -230,16 +242,20 @@ bool all_alike(const Mesh& mesh) {
   return mesh.blocks.size() == 1 && mesh.blocks[0].type != CellType::mixed;
 }
 
-/// Where the order is kept: as they are, unless cells come so scattered that the order of the front is
-/// smaller with the input's order beside it.
+/// The order for files that keep the input's: as it is, unless cells come so scattered that the order of the
+/// front is smaller with the input's order beside it. It goes from the cheapest look to the dearest, and
+/// stops as soon as the answer is clear. `kept`: what must come back.
 Ordering keep_order(const Mesh& mesh, int effort, Executor& executor, KeptOrder kept) {
   const Mixing mixing = mixing_at(effort);
   constexpr uint64_t scattered = 1;  // bytes a cell: less is a good order already
   Ordering given = as_they_are(mesh);
   const uint64_t cells = mesh.cell_count();
+  // Orders apart number cells by 32 bits, and know the faces of cells with a shape only.
   if (cells >= no_cell || !all_have_shapes(mesh)) return given;
   Trial natural(mesh, given, true);
   const bool plain_order = effort_of(effort).plain_order;
+  // At effort 1 the order apart is plain, which takes about the same whatever the order: more than two bytes
+  // a cell of the first thousand and it is better.
   if (plain_order && all_alike(mesh)) {
     natural.run(fewest);
     if (natural.bytes() > 2 * scattered * natural.cells()) return at_gates_apart(mesh, kept);
@@ -253,6 +269,8 @@ Ordering keep_order(const Mesh& mesh, int effort, Executor& executor, KeptOrder 
   }
   if (plain_order) return at_gates_apart(mesh, kept);
   std::optional<Ordering> front;
+  // What the other order takes in all: the order apart, which is known, and connectivity, carried over from
+  // the first cells.
   uint64_t apart = 0;
   executor.parallel_for(2, [&](size_t task) {
     if (task == 1) return natural.run(2 * few);
@@ -268,7 +286,8 @@ Ordering keep_order(const Mesh& mesh, int effort, Executor& executor, KeptOrder 
   return natural.bytes() * cells <= apart * natural.cells() ? std::move(given) : std::move(*front);
 }
 
-/// Where any order will do: as they are, if that is a good order, else as in_coded_order() has them.
+/// Where any order will do: as they are, if that is a good order, else as in_coded_order() has them. Both
+/// orders are tried mixed where the file will be.
 Ordering any_order(const Mesh& mesh, int effort) {
   const Mixing mixing = mixing_at(effort);
   Ordering given = as_they_are(mesh);
@@ -287,6 +306,7 @@ Ordering any_order(const Mesh& mesh, int effort) {
   Ordering other = in_coded_order(mesh, true);
   Trial trial(mesh, other, false, mixing);
   trial.run(natural.cells());
+  // Within a factor of two the first cells may mislead: more of both are looked at.
   if (natural.bytes() <= 2 * trial.bytes() && trial.bytes() <= 2 * natural.bytes()) {
     natural.run(sample);
     trial.run(sample);
@@ -294,7 +314,8 @@ Ordering any_order(const Mesh& mesh, int effort) {
   return trial.bytes() < natural.bytes() ? std::move(other) : std::move(given);
 }
 
-/// Numbers cost nothing where the order is kept, and as much as it in another.
+/// Numbers of elements cost nothing where the order is kept, and as much as it in another: a file with such
+/// numbers keeps its order, at least of the elements that have them.
 Ordering choose_orders(const Mesh& mesh, const StreamedArrays& streamed, const EncodeOptions& options,
                        Executor& executor) {
   if (options.order == Order::keep) return keep_order(mesh, options.effort, executor, {});
@@ -303,7 +324,8 @@ Ordering choose_orders(const Mesh& mesh, const StreamedArrays& streamed, const E
   return keep_order(mesh, options.effort, executor, kept);
 }
 
-/// Hands the cells of a mesh to a writer, one by one.
+/// Hands the cells of a mesh to a writer, some hundred or a block at a time. The writer keeps no reference
+/// beyond the call.
 class MeshFeeder {
  public:
   MeshFeeder(const Mesh& mesh, const StreamedArrays& streamed, StreamWriter& writer, const Ordering& ordering,
@@ -334,7 +356,8 @@ class MeshFeeder {
   }
 
  private:
-  /// In any order: along a curve, so that each is near the one before.
+  /// Points without cells, which come last. In any order: along a Hilbert curve, so that each is near the one
+  /// before; 13,644 such points in random order cost 20 of 52 bits in bumpy_torus (docs/history.md).
   std::vector<uint64_t> unused_points() const {
     std::vector<uint64_t> unused;
     std::vector<Vector3> places;
@@ -344,6 +367,7 @@ class MeshFeeder {
       unused.push_back(point);
       for (unsigned k = 0; any_order_ && k < 3; ++k) {
         if (k == 0) places.emplace_back();
+        // A curve needs finite numbers: the others stand at 0.
         const double x =
             number_as_double(mesh_.points.type, mesh_.points.bytes.data() + (3 * point + k) * size);
         places.back()[k] = x > -1e300 && x < 1e300 ? x : 0;
@@ -352,7 +376,8 @@ class MeshFeeder {
     if (any_order_) sort_along_curve<uint64_t>(places, unused);
     return unused;
   }
-  /// Some hundred cells of one type and size; returns how many.
+  /// Some hundred cells of one type and size; returns how many. 512: chosen, no sweep is on record; enough
+  /// that the writer's checks are paid once for many cells.
   Result<uint64_t> feed_run(const CellBlock& block, size_t b, uint64_t first) {
     const std::vector<uint64_t>& order = orders_[b];
     std::array<uint32_t, most_corners> room;
@@ -392,7 +417,8 @@ class MeshFeeder {
   }
 
   /// In another order than the mesh's a cell and its points are anywhere in memory: hints that those of the
-  /// next cells are wanted soon.
+  /// next cells are wanted soon. Points are asked for once their cell has come, hence two distances; neither
+  /// was swept. No byte depends on them.
   void ask_ahead(const CellBlock& block, const std::vector<uint64_t>& order, uint64_t i) const {
     constexpr uint64_t cell_ahead = 24, points_ahead = 8;
     const uint64_t nodes = nodes_of(block.type);
@@ -402,7 +428,8 @@ class MeshFeeder {
     for (uint64_t k = 0; k < nodes; ++k) __builtin_prefetch(&last_[points[k]]);
   }
 
-  /// Cells of one type in their order: while some are coded the next ones are made ready.
+  /// Cells of one type in their order: while some are coded the next ones are made ready. Two runs take
+  /// turns, each a whole block, which the writer codes in place.
   Result<> feed_plain(const CellBlock& block) {
     const size_t nodes = nodes_of(block.type);
     const uint64_t cells = block.connectivity.size() / nodes;
@@ -468,6 +495,7 @@ class MeshFeeder {
   std::vector<std::vector<std::byte>> arrays_;
 };
 
+/// As many cells as table trials need, in the order in which they will be written.
 FirstCells first_cells_of(const Mesh& mesh, const Ordering& ordering) {
   FirstCells first(ordering.borders.empty() ? nullptr : &ordering.borders);
   std::array<uint32_t, most_corners> room;
@@ -527,6 +555,7 @@ EncodeReport report_of(const Mesh& mesh, const EncodeOptions& options, const Str
 
 }  // namespace
 
+/// What encode() is told about arrays that the mesh does not have is an error, not a word that gets lost.
 Result<StreamOptions> stream_options_of(const Mesh& mesh, const EncodeOptions& options) {
   StreamOptions stream;
   stream.positions = describe(mesh.points, options.positions);
@@ -555,6 +584,8 @@ Result<EncodeReport> encode_stream(const Mesh& mesh, Sink& sink, const EncodeOpt
   return encode_stream_by(mesh, sink, options, std::move(stream), std::move(maps));
 }
 
+/// Order first, as it says whether mixing will be fast, and which cells come first; then tables, which need
+/// that; then all goes through the writer.
 Result<EncodeReport> encode_stream_by(const Mesh& mesh, Sink& sink, const EncodeOptions& options,
                                       StreamOptions stream_options, ArrayMapsList maps,
                                       std::vector<uint32_t>* coded_points) {
@@ -570,6 +601,7 @@ Result<EncodeReport> encode_stream_by(const Mesh& mesh, Sink& sink, const Encode
   maps.borders = ordering.borders;
   stream_options.any_order = stream_options.any_order && streamed.numbered.empty();
   const bool points_keep_order = !stream_options.any_order || ordering.apart;
+  // What is written then counts as any order, and the order apart makes up for it.
   if (ordering.apart) {
     stream_options.any_order = true;
     maps.order_apart = join_order(*ordering.apart);

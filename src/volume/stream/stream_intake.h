@@ -13,7 +13,8 @@
 
 namespace maille {
 
-/// Cells as they were given, until there is a block of them.
+/// Cells as they were given, until there is a block of them: at most cells_per_block records, in the caller's
+/// order. StreamWriter fills it, StreamBatches empties it.
 struct Intake {
   struct Record {
     uint8_t kind;
@@ -29,7 +30,8 @@ struct Intake {
   std::vector<BlockStart> blocks;
   std::unordered_set<uint64_t> ended;  ///< points told to be used no more; only looked up
   std::vector<uint64_t> told;          ///< the same as they were told
-  /// A whole block at once stays where the caller has it.
+  /// A whole block at once stays where the caller has it, which saves a copy of 64 bytes a hexahedron. Valid
+  /// only until run() returns.
   std::span<const uint64_t> given_numbers;
   std::span<const uint8_t> given_last_use;
 
@@ -39,6 +41,7 @@ struct Intake {
   const uint8_t* all_last_uses() const {
     return given_numbers.empty() ? last_use.data() : given_last_use.data();
   }
+  /// `last` may be empty: no point is used for the last time then.
   void add(unsigned kind, CellType type, std::span<const uint64_t> points, std::span<const uint8_t> last) {
     records.push_back({static_cast<uint8_t>(kind), type, static_cast<uint32_t>(points.size()), 0});
     numbers.insert(numbers.end(), points.begin(), points.end());
@@ -59,7 +62,8 @@ struct Intake {
   }
 };
 
-/// Points that were given and not used yet.
+/// Points that were given and not used yet, with their values side by side. The table follows the largest
+/// number of points that wait at once; slots are used again.
 class WaitingPoints {
  public:
   explicit WaitingPoints(size_t stride) : stride_(stride) {}
@@ -83,6 +87,8 @@ class WaitingPoints {
     slots_.give_back(slot);
     return true;
   }
+  /// Those that wait, rising: what is left at the end is used by no cell, and has to come in an order that
+  /// does not depend on slots.
   std::vector<uint64_t> numbers() const {
     std::vector<uint64_t> found;
     for (const uint64_t number : numbers_) {

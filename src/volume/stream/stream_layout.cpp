@@ -18,6 +18,8 @@ constexpr int most_digits(Scalar type) {
   return type == Scalar::f32 ? 7 : 15;
 }
 
+/// One list of fields for each chunk (the visit_ functions below) serves Writer and Reader, so that the two
+/// cannot drift apart. Tables of maps stand before all else, since they are coded already.
 class Writer : public PlainWriter {
  public:
   void map(const NumberMap& value, Scalar) {
@@ -26,8 +28,9 @@ class Writer : public PlainWriter {
       out().put(static_cast<uint8_t>(value.exponent < 0 ? 128 - value.exponent : value.exponent));
   }
   /// What was written, coded as bytes, behind the tables. These are coded already, but where gaps come again
-  /// it takes a tenth from them.
+  /// coding them once more takes a tenth from them.
   Result<std::vector<std::byte>> pack(const char* what) {
+    // A reader refuses more, as it has to hold all of it at once.
     if (out().size() > most_plain_bytes)
       return failure(ErrorCode::unsupported, std::string(what) + " take more than the 16 MiB a file holds");
     ByteWriter packed;
@@ -47,6 +50,8 @@ class Writer : public PlainWriter {
   ByteWriter tables_;
 };
 
+/// Safe on any bytes: whatever does not fit makes ok() false, and the values read so far are thrown away by
+/// the caller.
 class Reader : public PlainReader {
  public:
   explicit Reader(Bytes bytes, Bytes tables = {}) : PlainReader(bytes), tables_(tables) {}
@@ -71,7 +76,8 @@ class Reader : public PlainReader {
   uint64_t table_numbers_ = 0;
 };
 
-/// What Writer::pack() made.
+/// What Writer::pack() made. Both sizes are claimed by the file, so they are capped at 16 MiB and checked
+/// against what decoding really gave.
 struct Unpacked {
   std::vector<std::byte> tables, plain;
 };
@@ -120,6 +126,7 @@ void visit_header(Visitor& v, Header& header) {
   auto& description = header.description;
   v.count(description.effort, 9);
   v.flag(description.any_order);
+  // Two flags in one byte: order apart, and arrays of numbers.
   uint8_t order = (description.order_apart ? 1 : 0) | (description.numbered.empty() ? 0 : 2);
   v.choice(order, 4);
   if constexpr (!std::is_const_v<Header>) description.order_apart = (order & 1) != 0;
@@ -136,6 +143,8 @@ void visit_header(Visitor& v, Header& header) {
   v.text(description.provenance);
   size_t i = 0;
   v.list(header.maps, [&](auto& maps) {
+    // The type of an array decides how its maps are read. Lists of maps longer than that of arrays are
+    // refused later; until then any type will do.
     const bool known = i <= description.arrays.size();
     const Scalar type = !known   ? Scalar::u8
                         : i == 0 ? description.positions.type
@@ -154,12 +163,15 @@ void visit_header(Visitor& v, Header& header) {
   });
 }
 
-/// Behind all else, where it is known.
+/// The time of the values stands behind all else, where it is known: a reader sees by what remains that it is
+/// there.
 template <class Visitor, class Header>
 void visit_time(Visitor& v, Header& header) {
   v.real(*header.description.time);
 }
 
+/// Limits of what one chunk can claim: a record has at most 32 points here, or many in a loose cell;
+/// cell_bytes is checked against what is there.
 template <class Visitor, class Header>
 void visit_batch(Visitor& v, Header& header) {
   v.count(header.records, most_records_per_batch);
@@ -223,7 +235,7 @@ void visit_step(Visitor& v, Header& header) {
   v.list(header.errors, [&](auto& error) { v.real(error); });
 }
 
-/// Behind all else of a step, where it has metadata of its own.
+/// The metadata of a step stand behind all else, where it has some of its own.
 template <class Visitor, class Entries>
 void visit_entries(Visitor& v, Entries& entries) {
   v.list(entries, [&](auto& entry) {
@@ -242,7 +254,8 @@ bool are_lattices(const std::vector<NumberMap>& maps) {
                      [](const NumberMap& map) { return map.kind == NumberMap::Kind::lattice; });
 }
 
-/// What `of` names in a step before is looked at where that step is at hand.
+/// What a step's header must keep so that nothing reads out of bounds. What `of` names in a step before is
+/// looked at where that step is at hand (ValueChain::of_step()).
 bool is_sensible(const StepHeader& header, const std::vector<StreamArray>& arrays) {
   const size_t count = header.arrays.size();
   bool sensible = header.maps.size() == count && header.bounds.size() == count &&
@@ -259,6 +272,8 @@ bool is_sensible(const StepHeader& header, const std::vector<StreamArray>& array
   return sensible;
 }
 
+/// Elements add up without overflow; whether there are as many as the mesh has is found out by who restores
+/// them.
 bool is_sensible(const NumberedArray& numbered, const StreamDescription& description) {
   if (numbered.array >= description.arrays.size() || numbered.runs.empty()) return false;
   if (description.any_order && !description.order_apart) return false;
@@ -272,6 +287,7 @@ bool is_sensible(const NumberedArray& numbered, const StreamDescription& descrip
   return array.components == 1 && !is_float(array.type);
 }
 
+/// One map for each component, three for positions: coders index by these without further checks.
 bool is_sensible(const StreamHeader& header) {
   const StreamDescription& description = header.description;
   bool sensible = description.positions.components == 3 && (!header.gated || description.any_order) &&
@@ -309,6 +325,8 @@ bool StepHeader::needs_before() const {
                      [](const StepCoding& coding) { return coding.method >= StepCoding::as_before; });
 }
 
+/// As integers of the width of the type's codes, with the identity as map: differences of codes wrap as codes
+/// do.
 StreamedArray differences_of(const StreamArray& array, const StreamHeader& mesh) {
   const bool wide = size_of(array.type) == 8;
   StreamedArray differences = mesh.with_models({array.type, array.components, {}, 1});
@@ -340,6 +358,7 @@ Result<std::vector<std::byte>> encode_header(const StreamHeader& header) {
   return writer.pack("names, labels, metadata and arrays of the mesh");
 }
 
+/// Error: corrupt. The kind of error does not say which field, as one damaged count shifts all that follow.
 Result<StreamHeader> decode_header(Bytes bytes) {
   constexpr const char* damaged = "the description of the stream is damaged";
   const Unpacked unpacked = MAILLE_TRY(unpack(bytes, damaged));
@@ -374,6 +393,9 @@ Result<StepHeader> decode_step(Bytes bytes, const std::vector<StreamArray>& arra
   return header;
 }
 
+/// Each entry by the next one of the list before with its key, so that the places rise. 256 entries are
+/// searched at most: lists of a solver differ in a few places, and an unknown key must not cost the whole
+/// list.
 std::vector<StepEntry> entries_of(const Metadata& metadata, const Metadata& before) {
   std::vector<StepEntry> entries;
   size_t next = 0;  // lists keep their order, or are told whole
@@ -394,7 +416,8 @@ std::vector<StepEntry> entries_of(const Metadata& metadata, const Metadata& befo
   return entries;
 }
 
-/// No entry is taken twice, so a list is no longer than the one before and its own bytes.
+/// No entry is taken twice, as places rise, so a list is no longer than the one before and its own bytes; 16
+/// MiB at most.
 Result<Metadata> metadata_of(const std::vector<StepEntry>& entries, const Metadata& before) {
   Metadata metadata;
   uint64_t next = 0, bytes = 0;
@@ -412,6 +435,7 @@ Result<Metadata> metadata_of(const std::vector<StepEntry>& entries, const Metada
   return metadata;
 }
 
+/// The head has its length before it, as the coded cells follow in the same chunk.
 void write_batch_header(ByteWriter& out, const BatchHeader& header) {
   Writer writer;
   visit_batch(writer, header);

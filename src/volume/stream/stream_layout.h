@@ -19,14 +19,15 @@ namespace maille {
 // What stands in the chunks of mode stream besides coded cells and numbers. docs/format.md, "Streams of mode
 // stream".
 
-/// Numbers in the tables of all maps: a damaged file must not ask for more than some megabytes.
+/// Numbers in the tables of all maps, 8 MiB of doubles: a damaged file must not ask for more.
 inline constexpr uint64_t most_table_numbers = 1 << 20;
 
 /// Arrays whose numbers are coded by MixedValueCoder, if they have few components.
 enum class MixedValues : uint8_t { none, bounded, all };
 inline constexpr unsigned mixed_values_count = 3;
 
-/// DESC: what is known before the first cell.
+/// DESC: what is known before the first cell. It determines all models of the stream, so that encoder and
+/// decoder make the same ones from it.
 struct StreamHeader {
   StreamDescription description;
   Mixing mixing = Mixing::none;  ///< of slow decisions
@@ -38,8 +39,10 @@ struct StreamHeader {
 
   StreamedArray positions() const;
   StreamedArray array(size_t i) const;
+  // Whether an array is mixed, and expected from where points are, follows from the header alone.
   StreamedArray with_models(StreamedArray array) const;
 };
+/// Error: unsupported, where texts take more than a file holds.
 Result<std::vector<std::byte>> encode_header(const StreamHeader& header);
 /// Safe on any bytes. Error: corrupt, memory_bound.
 Result<StreamHeader> decode_header(Bytes bytes);
@@ -51,7 +54,7 @@ struct BlockStart {
   CellType type = CellType::mixed;
 };
 
-/// The head of a CELL chunk.
+/// The head of a CELL chunk. Its counts bound the loops of a decoder; nothing is reserved by them.
 struct BatchHeader {
   uint64_t records = 0;  ///< cells, isolated points, and ends of points
   uint64_t cells = 0;
@@ -60,13 +63,14 @@ struct BatchHeader {
   std::vector<BlockStart> blocks;
 };
 /// A chunk of cells takes part in no more records than this; 64 KiB of a perfectly regular mesh hold about as
-/// many.
+/// many. It also bounds the time that one damaged chunk can take.
 inline constexpr uint64_t most_records_per_batch = uint64_t{1} << 26;
 void write_batch_header(ByteWriter& out, const BatchHeader& header);
 /// Error: corrupt.
 Result<BatchHeader> read_batch_header(ByteReader& in);
 
-/// TAIL: what is known after the last cell.
+/// TAIL: what is known after the last cell. Points, cells and batches are checked against what was read; the
+/// rest is for information, and for writers that must know sizes beforehand.
 struct StreamTail {
   struct Block {
     std::string name;
@@ -107,6 +111,7 @@ struct StepCoding {
   uint32_t of = 0;
 };
 
+/// Free text of solvers: neither keys nor values need be unique.
 /// Keys and values, in their order.
 using Metadata = std::vector<std::pair<std::string, std::string>>;
 
@@ -143,10 +148,13 @@ StreamedArray differences_of(const StreamArray& array, const StreamHeader& mesh)
 Result<std::vector<std::byte>> encode_step(const StepHeader& header);
 /// `arrays`: of the mesh. Error: corrupt.
 Result<StepHeader> decode_step(Bytes bytes, const std::vector<StreamArray>& arrays);
-/// `metadata` told by the list before, and the other way round. Error: corrupt.
+/// `metadata` told by the list before, and the other way round; docs/format.md, 16.9. Error: corrupt (also
+/// lists of more than 16 MiB).
 std::vector<StepEntry> entries_of(const Metadata& metadata, const Metadata& before);
 Result<Metadata> metadata_of(const std::vector<StepEntry>& entries, const Metadata& before);
 
+// Slots of points that ended are free again between blocks, so it is part of the format. Larger blocks keep
+// more slots taken; blocks of 512 or 1,024 cells were not faster (docs/history.md, "Lattice runs").
 inline constexpr uint32_t cells_per_block = 4096;
 inline Mixing mixing_at(int effort) {
   return effort_of(effort).mixed_cells ? Mixing::mixed : Mixing::none;
@@ -162,9 +170,9 @@ inline MixedValues mixed_values_at(int effort, bool fast, bool bounded_fast) {
 /// Numbers with a bound take a quarter to a half less when mixed (docs/fields.md), so they may take longer:
 /// half a second.
 inline constexpr uint64_t most_bounded_mixed = uint64_t{1} << 19;
-/// Where mixing of values takes a tenth of a second. Where cells do not come in the order of a sweep
-/// (`scattered`) these take long themselves: there a fifth of a second, or what few points take, as
-/// tetrahedra have.
+/// Whether mixing of values takes a tenth of a second at most. Where cells do not come in the order of a
+/// sweep (`scattered`) these take long themselves: there a fifth of a second is allowed, or what few points
+/// take, as tetrahedra have. The limits are in docs/encoder.md ("Mixing").
 inline bool mixing_is_fast(uint64_t numbers, uint64_t cells, bool scattered) {
   constexpr uint64_t few = uint64_t{1} << 17;
   return numbers <= few || (scattered && (numbers <= 2 * few || numbers <= 3 * cells));

@@ -11,7 +11,8 @@
 namespace maille {
 namespace {
 
-/// Nodes of some cells, and where they stand in the connectivity of the portion.
+/// Nodes of cells that were swept, and where they stand in the connectivity of the portion. Their numbers are
+/// filled in by complete(), beside the next cells.
 struct NodeRun {
   size_t node = 0, at = 0, count = 0;
 };
@@ -23,7 +24,8 @@ struct Block {
   std::vector<NodeRun> runs;  ///< not yet in the portion
 };
 
-/// But for `connectivity` and `slots`, which are written over and cut off behind the last cell.
+/// Empties a portion but for `connectivity` and `slots`, which are written over and cut off behind the last
+/// cell: clearing them would write zeros into megabytes just to overwrite them.
 void clear(StreamPortion& portion) {
   portion.blocks.clear();
   portion.types.clear();
@@ -37,6 +39,9 @@ void clear(StreamPortion& portion) {
 
 }  // namespace
 
+// Two blocks are in work: while the values of one are decoded, the cells of the next one are (next()). All
+// memory is bounded: chunks are complete before they are decoded, counts of the file only ever limit loops
+// that coded bytes feed, and portions are held against the limits. docs/format.md, 16.
 class StreamReader::Implementation {
  public:
   Implementation(std::unique_ptr<ByteStream> bytes, const StreamReadOptions& options)
@@ -44,6 +49,7 @@ class StreamReader::Implementation {
         options_(options),
         executor_(options.executor ? *options.executor : serial_executor()) {}
 
+  /// Reads the header and the description. `step`: values of that step in place of the mesh's.
   Result<> open(std::optional<StepValues> step = {});
   const StreamDescription& description() const { return header_.description; }
   Result<bool> next(StreamPortion& portion);
@@ -70,6 +76,8 @@ class StreamReader::Implementation {
   void begin_blocks(StreamPortion& portion);
   Result<CellType> type_here(const StreamedCell& cell, size_t nodes) const;
 
+  // Chunks come from `pull_`, which has checked their sums already; what is damaged beyond that is hostile,
+  // not accidental.
   ChunkPull pull_;
   StreamReadOptions options_;
   Executor& executor_;
@@ -122,6 +130,7 @@ Result<> StreamReader::Implementation::open(std::optional<StepValues> step) {
         pull_.name() + ": cells and points stand in another order than in the mesh; decode() reads it");
   }
   for (const StreamArray& array : header_.description.arrays) domains_.push_back(array.domain);
+  // Added up before any coder is made, as a description of a few bytes can name thousands of arrays.
   uint64_t models = tuple_coder_bytes(header_.positions());
   for (size_t i = 0; i < domains_.size() && !step; ++i) models += tuple_coder_bytes(header_.array(i));
   if (models > options_.limits.mesh_bytes) {
@@ -130,6 +139,8 @@ Result<> StreamReader::Implementation::open(std::optional<StepValues> step) {
   }
   coder_.emplace(header_.mixing, !header_.description.any_order);
   if (header_.gated) coder_->use_gates(nullptr);
+  // By stream of the mesh, positions first, also where a step takes only some of them: the streams of a batch
+  // must be passed over in order.
   value_streams_.resize(1 + domains_.size());
   chains_.push_back(ValueChain::of_mesh(header_, {}));
   if (step) {
@@ -137,6 +148,8 @@ Result<> StreamReader::Implementation::open(std::optional<StepValues> step) {
   } else {
     for (size_t i = 0; i < domains_.size(); ++i) chains_.push_back(ValueChain::of_mesh(header_, i));
   }
+  // Where the order stands apart the numbers of elements are known only when it was restored
+  // (MeshCollector::set_numbers()).
   if (header_.description.order_apart) return {};
   for (const NumberedArray& array : header_.description.numbered)
     numbered_.emplace_back(array.array + 1,
@@ -144,7 +157,8 @@ Result<> StreamReader::Implementation::open(std::optional<StepValues> step) {
   return {};
 }
 
-/// Ancillary chunks are passed over.
+/// The next chunk that matters: ancillary ones (lower case first) are passed over. The mesh's own end is
+/// where ChunkPull finds the footer.
 Result<bool> StreamReader::Implementation::next_chunk(ChunkHeader& header, Bytes& content) {
   for (;;) {
     if (!MAILLE_TRY(pull_.next(header, content))) return false;
@@ -152,7 +166,8 @@ Result<bool> StreamReader::Implementation::next_chunk(ChunkHeader& header, Bytes
   }
 }
 
-/// A stream of several chunks: its parts stand one behind the other.
+/// The content of a stream whose first chunk was just read: its parts stand one behind the other. A stream
+/// has at most as many bytes as the limit, however many parts it claims.
 Result<std::vector<std::byte>> StreamReader::Implementation::rest_of_stream(const ChunkHeader& first,
                                                                             Bytes content) {
   std::vector<std::byte> bytes(content.begin(), content.end());
@@ -169,8 +184,9 @@ Result<std::vector<std::byte>> StreamReader::Implementation::rest_of_stream(cons
   }
 }
 
-/// False: there is no batch more. All of it is read before anything is decoded, so that a stream whose bytes
-/// have not arrived yet can be asked again.
+/// Reads the next batch; false: there is none. All of it is read before anything is decoded, so that a stream
+/// whose bytes have not arrived yet can be asked again: the place is marked, and an error of kind `network`
+/// goes back to it.
 Result<bool> StreamReader::Implementation::begin_batch() {
   pull_.mark();
   auto begun = read_batch();
@@ -183,6 +199,7 @@ Result<bool> StreamReader::Implementation::read_batch() {
   Bytes content;
   if (!MAILLE_TRY(next_chunk(header, content))) return damaged("the end of the stream is missing");
   std::vector<std::byte> bytes = MAILLE_TRY(rest_of_stream(header, content));
+  // The tail must be the last chunk, so that a file cannot go on after its end was checked.
   if (header.type == ChunkType{'T', 'A', 'I', 'L'}) {
     MAILLE_CHECK(check_tail(bytes));
     return false;
@@ -204,7 +221,8 @@ Result<bool> StreamReader::Implementation::read_batch() {
   return true;
 }
 
-/// The arrays of the step instead of the mesh's own, of which only those are read that the step needs.
+/// Takes the arrays of the step in place of the mesh's own, of which only those are read that the step needs
+/// (ValueChain::mesh_array()).
 Result<> StreamReader::Implementation::take_step(StepValues step) {
   uint64_t models = 0;
   for (size_t i = 0; i < step.header().arrays.size(); ++i) {
@@ -231,6 +249,8 @@ Result<> StreamReader::Implementation::take_step(StepValues step) {
   return {};
 }
 
+/// Reads the values of the batch, in the order of the arrays. Arrays without tuples in the batch have no
+/// chunk.
 Result<> StreamReader::Implementation::read_values() {
   for (auto& bytes : value_streams_) bytes.clear();
   for (size_t s = 0; s <= domains_.size(); ++s) {
@@ -261,6 +281,8 @@ Result<> StreamReader::Implementation::read_values() {
   return {};
 }
 
+/// The counts that were met must be those that the file tells; this finds batches that are missing at the
+/// end.
 Result<> StreamReader::Implementation::check_tail(Bytes bytes) {
   const StreamTail tail = MAILLE_TRY(decode_tail(bytes));
   if (tail.batches != batches_ || tail.cells != cells_seen_ || tail.points != points_seen_) {
@@ -272,6 +294,7 @@ Result<> StreamReader::Implementation::check_tail(Bytes bytes) {
   return {};
 }
 
+/// Notes the blocks of cells that begin at the current record, empty ones included.
 void StreamReader::Implementation::begin_blocks(StreamPortion& portion) {
   const uint64_t before = batch_.records - records_left_;
   for (; starts_used_ < batch_.blocks.size() && batch_.blocks[starts_used_].records_before <= before;
@@ -282,6 +305,8 @@ void StreamReader::Implementation::begin_blocks(StreamPortion& portion) {
   }
 }
 
+/// The type of a decoded cell. Any byte may have been decoded for loose cells and cells given by faces, so
+/// the type is held against what a cell of the block can be.
 Result<CellType> StreamReader::Implementation::type_here(const StreamedCell& cell, size_t nodes) const {
   CellType type = cell.kind >= shape_count ? cell.type : cell_shapes[cell.kind].type;
   const bool renamed = type == CellType::triangle || type == CellType::quad;
@@ -296,7 +321,8 @@ Result<CellType> StreamReader::Implementation::type_here(const StreamedCell& cel
   return type;
 }
 
-/// Room for the points of cells; returns where.
+/// Makes room for the points of cells; returns where they begin. Vectors only ever grow here, and are cut at
+/// the end of the block.
 size_t StreamReader::Implementation::add_nodes(StreamPortion& portion, size_t count) {
   const size_t at = corners_;
   corners_ += count;
@@ -305,6 +331,7 @@ size_t StreamReader::Implementation::add_nodes(StreamPortion& portion, size_t co
   return at;
 }
 
+/// Appends a decoded cell to the portion, in the order of nodes that files and Mesh have.
 Result<> StreamReader::Implementation::append_cell(const StreamedCell& cell, Block& block) {
   StreamPortion& portion = block.portion;
   const auto slots = std::span(block.cells.nodes).subspan(block.cells.begin.back());
@@ -315,6 +342,7 @@ Result<> StreamReader::Implementation::append_cell(const StreamedCell& cell, Blo
   std::copy_n(has_shape ? cell.number.data() : cell.numbers.data(), slots.size(),
               portion.connectivity.data() + at);
   std::copy_n(slots.data(), slots.size(), portion.slots.data() + at);
+  // Voxels and pixels: their nodes go to other places than the hull numbers them by.
   for (size_t i = 0; has_shape && i < slots.size() && !cell_shapes[cell.kind].in_place(); ++i) {
     const size_t place = at + cell_shapes[cell.kind].place[i];
     portion.connectivity[place] = cell.number[i];
@@ -323,6 +351,7 @@ Result<> StreamReader::Implementation::append_cell(const StreamedCell& cell, Blo
   portion.offsets.push_back(corners_);
   if (!portion.cell_faces.empty()) portion.cell_faces.push_back(portion.face_sizes.size());
   ++cells_seen_;
+  // Sixteen bytes a corner: number, slot, and what stands beside.
   if ((corners_ + portion.face_sizes.size()) * 16 > options_.limits.mesh_bytes) {
     return failure(ErrorCode::memory_bound,
                    pull_.name() + ": some thousand cells take more memory than allowed");
@@ -330,16 +359,18 @@ Result<> StreamReader::Implementation::append_cell(const StreamedCell& cell, Blo
   return {};
 }
 
-/// With the first polyhedron all cells have faces, those before it none.
+/// Faces of a polyhedron. With the first one all cells of the portion have faces, those before it none.
 void StreamReader::Implementation::append_faces(const StreamedCell& cell, StreamPortion& portion) {
   if (portion.cell_faces.empty()) portion.cell_faces.assign(portion.types.size(), 0);
   portion.face_sizes.insert(portion.face_sizes.end(), cell.sizes.begin(), cell.sizes.end());
 }
 
-/// Hexahedra that the coder does at once, in the block of cells where it is; `most` at most. complete() gives
-/// them their points.
+/// Decodes hexahedra by CellCoder::sweep(), in the block of cells where it is; `most` at most. Returns how
+/// many. complete() gives them their points, beside the next cells: cells are what the two tasks of next()
+/// wait for.
 uint64_t StreamReader::Implementation::decode_alike(Block& block, uint64_t most) {
   if (block_type_ != CellType::hexahedron && block_type_ != CellType::mixed) return 0;
+  // Not beyond the start of the next block of cells, which may be of another type.
   if (starts_used_ < batch_.blocks.size()) {
     const uint64_t before = batch_.records - records_left_;
     most = std::min(most, batch_.blocks[starts_used_].records_before - before);
@@ -360,6 +391,7 @@ uint64_t StreamReader::Implementation::decode_alike(Block& block, uint64_t most)
   return count;
 }
 
+/// Decodes the records of one block. Slots that ended before are free from here on.
 Result<> StreamReader::Implementation::decode_cells(Block& block) {
   block.cells.clear();
   block.runs.clear();
@@ -376,6 +408,7 @@ Result<> StreamReader::Implementation::decode_cells(Block& block) {
     if (i == count) break;
     if (swept > 0) begin_blocks(block.portion);
     const size_t cells = block.cells.size();
+    // exhausted() is asked after each cell, so that a stream that is too short ends within one cell.
     if (!coder_->code(*cells_, *numbers_, cell_, block.cells) || cells_->exhausted() ||
         numbers_->exhausted()) {
       return damaged("the cells are damaged");
@@ -383,6 +416,7 @@ Result<> StreamReader::Implementation::decode_cells(Block& block) {
     if (block.cells.size() > cells) MAILLE_CHECK(append_cell(cell_, block));
     --records_left_;
   }
+  // Blocks that begin behind the last record of the batch, empty ones.
   if (records_left_ == 0) begin_blocks(block.portion);
   block.portion.connectivity.resize(corners_);
   block.portion.slots.resize(corners_);
@@ -391,7 +425,8 @@ Result<> StreamReader::Implementation::decode_cells(Block& block) {
   return {};
 }
 
-/// What of a portion follows from its cells, while the next ones are decoded.
+/// What of a portion follows from its cells, while the next ones are decoded. Slots may be taken again by the
+/// next block, so numbers by slot are kept here, up to this block.
 void StreamReader::Implementation::complete(Block& block) {
   StreamPortion& portion = block.portion;
   portion.points.resize(block.cells.points.size());
@@ -412,7 +447,8 @@ void StreamReader::Implementation::complete(Block& block) {
   portion.ended_slots = block.cells.removed;
 }
 
-/// Room for the values of a block. False: they take more memory than allowed.
+/// Makes room for the values of a block. False: they take more memory than allowed. Sizes are multiplied in
+/// 64 bits: at most 2^32 tuples of 2^19 bytes.
 bool StreamReader::Implementation::prepare_values(Block& block) {
   StreamPortion& portion = block.portion;
   size_t of_points = 0, of_cells = 0;
@@ -434,6 +470,7 @@ bool StreamReader::Implementation::prepare_values(Block& block) {
   return true;
 }
 
+/// The coded zeros of arrays of numbers become the numbers of these elements.
 void StreamReader::Implementation::fill_numbers(StreamPortion& portion) const {
   for (const auto& [stage, numbers] : numbered_) {
     const size_t size = numbers.number_size();
@@ -446,7 +483,9 @@ void StreamReader::Implementation::fill_numbers(StreamPortion& portion) const {
   }
 }
 
-/// Values of one block at the same time as the cells of the next.
+/// Gives the next portion: values of one block are decoded at the same time as the cells of the next. Tasks
+/// share nothing that another one writes: the values read the cells of `block`, the cells write `following`
+/// and the coder.
 Result<bool> StreamReader::Implementation::next(StreamPortion& portion) {
   if (ended_) return false;
   if (!is_ready_) {
@@ -462,8 +501,11 @@ Result<bool> StreamReader::Implementation::next(StreamPortion& portion) {
     return failure(ErrorCode::memory_bound,
                    pull_.name() + ": some thousand tuples take more memory than allowed");
   }
+  // Positions come first where other values need them; they are then not part of the tasks.
   // The cells first: they take longest.
   const size_t ahead = records_left_ > 0 ? 1 : 0;
+  // An error of the next cells is told only after this block's values were found whole, but before they are
+  // given out.
   Result<> cells;
   std::vector<uint8_t> whole(chains_.size());
   const auto decode = [&](size_t stage) {
@@ -506,6 +548,7 @@ Result<StreamReader> StreamReader::open(std::unique_ptr<ByteStream> bytes, const
   MAILLE_CHECK(implementation->open());
   return StreamReader(std::move(implementation));
 }
+// A reader of a step reads the file twice: front to back for cells, and step chunks by the index.
 Result<StreamReader> StreamReader::open(const Source& source, uint64_t step,
                                         const StreamReadOptions& options) {
   if (step == 0) return open(source_stream(source), options);

@@ -12,12 +12,15 @@
 namespace maille {
 namespace {
 
-/// Ends of points that wait for a block of cells: a mesh of points only has as many as points.
+/// Ends of points that wait for a block of cells: a mesh of points only has as many as points, and none of
+/// its cells would ever end the block.
 constexpr size_t most_ended = 1 << 16;
 
 }  // namespace
 
-/// The half that takes cells and points in, checks them, and holds cells back.
+/// The half of StreamWriter that takes cells and points in, checks them, and holds cells back. The other half
+/// (StreamBatches) codes. What is given is checked here as strictly as if it came from a file: no number,
+/// size or type of the caller reaches the coder unchecked.
 class StreamWriter::Implementation {
  public:
   Implementation(Sink& sink, StreamOptions options, StreamHeader header, std::vector<std::byte> order_apart,
@@ -30,6 +33,7 @@ class StreamWriter::Implementation {
   template <class NumberAt>
   Result<> add_points(uint64_t count, NumberAt number_at, Bytes positions, std::span<const Bytes> arrays);
   Result<> begin_block(std::string name, CellType type);
+  // Cells of one type and size; their order is the order of the file unless cells are delayed.
   Result<> add_cells(CellType type, std::span<const uint64_t> connectivity, std::span<const uint8_t> last_use,
                      std::span<const Bytes> arrays, size_t nodes);
   Result<> add_polyhedron(std::span<const uint32_t> face_sizes, std::span<const uint64_t> connectivity,
@@ -52,6 +56,8 @@ class StreamWriter::Implementation {
   Result<> add_delayed();
   Result<> add_all_delayed();
 
+  // The intake, the tail and the waiting points belong to the coding half; this half fills them between two
+  // calls of run().
   StreamBatches batches_;
   const StreamOptions& options_ = batches_.options();
   Intake& intake_ = batches_.intake;
@@ -62,15 +68,20 @@ class StreamWriter::Implementation {
   uint64_t cells_given_ = 0;
 };
 
+/// How cells of the type are coded in the block that is open.
 unsigned StreamWriter::Implementation::kind_in_block(CellType type, size_t nodes) const {
   // Polygons of three and four corners are triangles and quads with another name, which the block remembers.
   const bool polygons = !tail_.blocks.empty() && tail_.blocks.back().type == CellType::polygon;
   if (polygons && type == CellType::polygon && nodes == 3) return kind_of(CellType::triangle);
   if (polygons && type == CellType::polygon && nodes == 4) return kind_of(CellType::quad);
   const unsigned kind = kind_of(type);
+  // A polygon with more corners than FaceCoder takes is a list of points.
   return kind == face_cell && type == CellType::polygon && nodes > most_face_corners ? loose_cell : kind;
 }
 
+/// Values of points, which wait until a cell has them. `number_at(i)`: the number of the i-th. Only points
+/// that no cell has had yet are known here: that a point comes again after its last use is told when a cell
+/// asks for it.
 template <class NumberAt>
 Result<> StreamWriter::Implementation::add_points(uint64_t count, NumberAt number_at, Bytes positions,
                                                   std::span<const Bytes> arrays) {
@@ -90,6 +101,7 @@ Result<> StreamWriter::Implementation::add_points(uint64_t count, NumberAt numbe
     return failure(ErrorCode::usage, "values of points do not have the size declared");
   for (uint64_t i = 0; i < count; ++i) {
     const uint64_t number = number_at(i);
+    // WaitingPoints keeps number + 1, so the largest number cannot be told from none.
     if (number == ~uint64_t{0} || batches_.waiting.has(number)) {
       return failure(ErrorCode::usage, "point " + std::to_string(number) + " was given twice");
     }
@@ -99,6 +111,7 @@ Result<> StreamWriter::Implementation::add_points(uint64_t count, NumberAt numbe
   return {};
 }
 
+/// All cells held back belong to the block before.
 Result<> StreamWriter::Implementation::begin_block(std::string name, CellType type) {
   if (std::string_view(name_of(type)) == "unknown")
     return failure(ErrorCode::usage, "a block of an unknown cell type");
@@ -108,6 +121,7 @@ Result<> StreamWriter::Implementation::begin_block(std::string name, CellType ty
   return {};
 }
 
+/// What is given of `count` cells of one type and size; the error names the first of these cells.
 Result<> StreamWriter::Implementation::check_cells(CellType type, size_t count, size_t nodes,
                                                    std::span<const uint8_t> last_use,
                                                    std::span<const Bytes> arrays) const {
@@ -120,6 +134,7 @@ Result<> StreamWriter::Implementation::check_cells(CellType type, size_t count, 
   }
   if (type == CellType::mixed || std::string_view(name_of(type)) == "unknown") return wrong("unknown type");
   const unsigned needed = nodes_of(type);
+  // Also a bound for what one record takes in memory and in the file.
   if ((needed != 0 && nodes != needed) || nodes > most_loose_nodes) {
     return wrong(std::string(name_of(type)) + " with " + std::to_string(nodes) + " nodes");
   }
@@ -135,6 +150,8 @@ Result<> StreamWriter::Implementation::check_cells(CellType type, size_t count, 
   return next == arrays.size() ? Result<>{} : wrong("more arrays than declared");
 }
 
+/// Takes cells of one type, `nodes` each (0: as many as the type has). Flags of last use, if any, are one for
+/// each node.
 Result<> StreamWriter::Implementation::add_cells(CellType type, std::span<const uint64_t> connectivity,
                                                  std::span<const uint8_t> last_use,
                                                  std::span<const Bytes> arrays, size_t nodes) {
@@ -176,6 +193,8 @@ Result<> StreamWriter::Implementation::add_alike(unsigned kind, CellType type,
       const auto begin = from.begin() + static_cast<ptrdiff_t>(i * size);
       to.insert(to.end(), begin, begin + static_cast<ptrdiff_t>(some * size));
     };
+    // A full block that begins with an empty intake is coded from where the caller has it. This is sound as
+    // is_full() is true below, so that run() is done with it before this returns.
     if (intake_.numbers.empty() && some == cells_per_block && !last_use.empty() && intake_.ended.empty()) {
       intake_.given_numbers = numbers.subspan(i * nodes, some * nodes);
       intake_.given_last_use = last_use.subspan(i * nodes, some * nodes);
@@ -195,7 +214,8 @@ Result<> StreamWriter::Implementation::add_alike(unsigned kind, CellType type,
   return {};
 }
 
-/// Cell i of `count`, whose tuples are in `arrays`: held back, or given to the coder.
+/// Cell i of `count`, whose tuples are in `arrays`: held back, or given to the coder. Where cells are
+/// delayed, the one that leaves the buffer is another one.
 Result<> StreamWriter::Implementation::add_cell(unsigned kind, CellType type,
                                                 std::span<const uint64_t> numbers,
                                                 std::span<const uint8_t> last_use,
@@ -227,7 +247,7 @@ Result<> StreamWriter::Implementation::add_cell(unsigned kind, CellType type,
   return {};
 }
 
-/// The best of the cells that are held back.
+/// Hands on the best of the cells that are held back (delay_buffer.h).
 Result<> StreamWriter::Implementation::add_delayed() {
   const DelayedCell& cell = delay_->take();
   intake_.add(cell.kind, cell.type, cell.numbers, cell.last_use);
@@ -258,6 +278,8 @@ Result<> StreamWriter::Implementation::add_values(size_t i, size_t count, std::s
   return batches_.is_full() ? batches_.run() : Result<>{};
 }
 
+/// A polyhedron, its faces one behind the other. Its sizes must add up, and no count may exceed what a
+/// decoder takes.
 Result<> StreamWriter::Implementation::add_polyhedron(std::span<const uint32_t> face_sizes,
                                                       std::span<const uint64_t> connectivity,
                                                       std::span<const uint8_t> last_use,
@@ -279,6 +301,8 @@ Result<> StreamWriter::Implementation::add_polyhedron(std::span<const uint32_t> 
   return add_cell(face_cell, CellType::polyhedron, connectivity, last_use, face_sizes, 0, 1, arrays);
 }
 
+/// The points are used no more: by cells held back, if one of them has the point; else by those in the
+/// intake; else the end is a record of its own (StreamBatches::resolve_ends()).
 Result<> StreamWriter::Implementation::end_points(std::span<const uint64_t> numbers) {
   for (const uint64_t number : numbers) {
     if (delay_ && delay_->end(number)) continue;
@@ -288,11 +312,14 @@ Result<> StreamWriter::Implementation::end_points(std::span<const uint64_t> numb
   return {};
 }
 
+/// All that was given is in the file afterwards. Cells held back are given up, so the file gets larger the
+/// more often it is called.
 Result<> StreamWriter::Implementation::flush() {
   MAILLE_CHECK(add_all_delayed());
   return batches_.flush();
 }
 
+/// The last records, the tail and the footer; the sink is committed. Nothing may be called afterwards.
 Result<StreamReport> StreamWriter::Implementation::finish() {
   MAILLE_CHECK(add_all_delayed());
   for (unsigned type = 0; type < cells_of_type_.size(); ++type) {
@@ -308,6 +335,7 @@ StreamWriter::~StreamWriter() = default;
 
 namespace {
 
+/// What can be told from the options alone. Error: usage, unsupported.
 Result<> check_options(const StreamOptions& options) {
   if (options.positions.components != 3)
     return failure(ErrorCode::usage, "positions must have three components");
@@ -335,7 +363,9 @@ Result<StreamWriter> StreamWriter::begin(Sink& sink, StreamOptions options) {
   MAILLE_CHECK(check_options(options));
   ArrayMapsList maps;
   maps.bounds.resize(options.arrays.size() + 1);
-  // The diagonal of a box with equal sides: the bound is kept, if the box is in the range declared.
+  // The diagonal of a box with equal sides (sqrt(3) = 1.7320508075688772): the bound is kept, if the box is
+  // in the range declared. Boxes with unequal sides have a shorter diagonal for the same longest side, so
+  // that the bound is rather too small than too large.
   const double diagonal = declared_width(options.positions) * 1.7320508075688772;
   maps.maps.push_back(MAILLE_TRY(declared_maps(options.positions, diagonal, maps.bounds[0])));
   for (size_t i = 0; i < options.arrays.size(); ++i) {

@@ -23,7 +23,8 @@ Array column_of(const Array& array, uint32_t component) {
   return column;
 }
 
-/// May a table pay? Floats must come again; of doubles several may also be within some roundings.
+/// May a table pay? Floats must come again, a sixteenth of them at least; of doubles several may also be
+/// within some roundings. Sorted bits count them exactly.
 bool may_have_table(const Array& column) {
   const size_t size = size_of(column.type);
   std::vector<uint64_t> bits(column.count());
@@ -46,7 +47,8 @@ NumberMap table_of(const Array& column) {
   return map;
 }
 
-/// What all numbers of a column take with a map, if the others take as many bytes as those of some cells.
+/// What all numbers of a column take with a map, if the others take as many bytes as those of some cells;
+/// with the table itself. It runs the coder of the file on the first cells.
 uint64_t bytes_with(const NumberMap& map, const Array& column, bool mixed, const FirstCells& trial) {
   ArrayStage<RansEncoder> stage({column.type, 1, {map}, 0, mixed}, column.domain);
   const bool points = column.domain == Domain::point;
@@ -71,7 +73,7 @@ FirstCells::FirstCells(const std::vector<uint8_t>* borders) : coder_(Mixing::non
   if (borders) coder_.use_gates(borders);
 }
 
-/// No point is used for the last time, which would not change what is expected of others.
+/// No point is used for the last time here, which would not change what is expected of others.
 void FirstCells::code(uint64_t number) {
   coder_.code(topology_, point_numbers_, cell_, cells_);
   numbers_.push_back(number);
@@ -83,9 +85,11 @@ Result<> TableSearch::add_tables(const Array& array, std::vector<NumberMap>& map
   for (uint32_t c = 0; c < array.components; ++c) {
     const Array column = column_of(array, c);
     NumberMap tabled = table_of(column);
+    // All tables together have a bound in the format.
     if (tabled.table.empty() || numbers_ + tabled.table.size() > most_table_numbers) continue;
     if (!cells_) cells_.emplace(MAILLE_TRY(first_cells_()));
     const uint64_t bytes = bytes_with(tabled, column, mixed, *cells_);
+    // A saving of 2 % on the first cells; the rest of the mesh may be less regular.
     if (bytes * 50 >= bytes_with(maps[c], column, mixed, *cells_) * 49) continue;
     numbers_ += tabled.table.size();
     maps[c] = std::move(tabled);

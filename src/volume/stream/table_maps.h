@@ -11,10 +11,11 @@
 
 namespace maille {
 
-/// The first cells of a mesh as coders of values get them, for trials.
+/// The first cells of a mesh as coders of values get them, for trials. They are coded without ends of points,
+/// as slots must stay those of one point over all of them.
 class FirstCells {
  public:
-  /// They tell enough, and are fewer than those of a block.
+  /// They tell enough, and are fewer than those of a block (cells_per_block), so that no slot is used twice.
   static constexpr uint64_t most = 4000;
 
   /// `borders`: as Ordering has them; nullptr: cells do not come at gates.
@@ -43,8 +44,9 @@ class FirstCells {
   std::vector<uint64_t> numbers_;
 };
 
-/// Gives tables of numbers (NumberMap::table) to components that are kept bit for bit, if they take less so
-/// as far as the first cells tell.
+/// Gives tables of numbers (NumberMap::table) to components that are kept bit for bit, if they take a
+/// fiftieth less so as far as the first cells tell. Tables are a large part of files whose numbers come
+/// again: 68 % of sphere_r9 as f32 (docs/history.md, "Tables of numbers"), so that each must pay for itself.
 class TableSearch {
  public:
   /// Arrays of more tuples have no tables: streams do not hold all numbers of a mesh.

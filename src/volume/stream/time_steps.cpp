@@ -25,6 +25,7 @@ Result<StreamHeader> header_of(const FileReader& file) {
 
 }  // namespace
 
+/// Each look-up goes to the index of the file, so that no step is read.
 uint64_t count_steps(const FileReader& file) {
   uint64_t count = 0;
   while (count < UINT32_MAX && file.has_stream({"STEP", static_cast<uint32_t>(count + 1), 0})) ++count;
@@ -57,7 +58,9 @@ Result<std::vector<StepHeader>> read_steps(const FileReader& file, const std::ve
 
 namespace {
 
-/// How an array of the new step goes with one of an earlier step while that is read.
+/// How an array of the new step goes with one of an earlier step while that is read. All that can make it
+/// cheaper is tried in one pass over the earlier step: its values as they are, differences on its lattice, or
+/// expectations from it.
 struct Partner {
   size_t array = 0;         ///< of the step, in the new one
   uint32_t of = 0;          ///< in the earlier one
@@ -70,7 +73,9 @@ struct Partner {
   std::vector<std::byte> before = {};  ///< all tuples of the earlier array, as they are read
 };
 
-/// The step before an array's partner had a finer lattice: on the same one errors do not add up.
+/// The lattice for differences. The step before an array's partner had a finer lattice: on the same one
+/// errors do not add up, as a difference of 0 gives the same number again. A lattice up to twice as fine is
+/// taken; each halving of the step costs a bit a number.
 std::vector<NumberMap> lattice_for(const std::vector<NumberMap>& now, const std::vector<NumberMap>& before) {
   for (size_t k = 0; k < now.size(); ++k) {
     if (now[k].kind != NumberMap::Kind::lattice) return {};
@@ -81,7 +86,9 @@ std::vector<NumberMap> lattice_for(const std::vector<NumberMap>& now, const std:
   return before;
 }
 
-/// Holds the arrays of a new step against those of an earlier one.
+/// Holds the arrays of a new step against those of an earlier one, portion by portion, in the order of the
+/// stream. What is kept is decided by the numbers that a decoder would give out, not by those that were
+/// given.
 class Comparison {
  public:
   Comparison(const StepHeader& step, const StreamHeader& mesh, StepSource& values)
@@ -104,7 +111,7 @@ class Comparison {
     }
   }
   std::vector<Partner>& partners() { return partners_; }
-  /// All values of the earlier step, until no array needs them.
+  /// Reads all values of the earlier step, until no array needs them: then most of the file is left unread.
   Result<> read(StreamReader& reader, const std::vector<StreamArray>& known) {
     StreamPortion portion;
     while (is_any_left() && MAILLE_TRY(reader.next(portion))) {
@@ -133,6 +140,7 @@ class Comparison {
     tuple_.resize(size);
     if (partner.on_lattice || partner.follows)
       partner.before.insert(partner.before.end(), tuples.begin(), tuples.end());
+    // Tuples of the new step are asked for by number; the caller's source may be a file.
     for (size_t at = 0; at * size < tuples.size() && (partner.keeps || partner.on_lattice); ++at) {
       const bool points = step_.arrays[i].domain == Domain::point;
       MAILLE_CHECK(values_.read(i, points ? portion.points[at] : portion.first_cell + at, tuple_.data()));
@@ -147,6 +155,7 @@ class Comparison {
         partner.on_lattice = is_kept(array, logarithm, number, back.data(), partner.lattice_error);
       }
     }
+    // Not needed any more: the values of a whole step would stay in memory.
     if (!partner.on_lattice && !partner.follows) partner.before = {};
     return {};
   }
@@ -166,8 +175,9 @@ class Comparison {
   std::vector<std::byte> tuple_;
 };
 
-/// Arrays that values of the mesh, or of the step before, serve within the bound are marked so. What is
-/// returned may be coded as differences, or as what follows.
+/// Marks arrays that values of the mesh, or of the step before, serve within the bound. What is returned may
+/// be coded as differences, or as what follows. Every 16th step stands alone, so that no reader needs more
+/// than 15 others.
 Result<std::vector<Partner>> compare_with_earlier(const Source& source, const StreamHeader& mesh,
                                                   uint64_t number, StepHeader& step, StepSource& values,
                                                   const StepOptions& options) {
@@ -206,7 +216,7 @@ Result<std::vector<Partner>> compare_with_earlier(const Source& source, const St
 /// One way to code an array of a step: by itself, as differences, or expected from the step before, too. All
 /// batches are coded, so that the smallest one can be chosen: where little changes, or all by noise,
 /// differences are smaller by up to a fifth; elsewhere what follows is, by 5 to 20 %, and is hardly ever
-/// larger than alone.
+/// larger than alone. The coded bytes of all ways are held until then.
 struct CodedArray {
   size_t array;
   ArrayStage<RansEncoder> stage;
@@ -218,7 +228,8 @@ struct CodedArray {
   uint64_t bytes = 0;
 };
 
-/// Codes the values of one step behind the cells.
+/// Codes the values of one step behind the cells, which are decoded once more for that (CellReplay). The
+/// header of the step comes last, as it has the errors: a step that was cut off is not there for a reader.
 class StepWriter {
  public:
   StepWriter(const FileReader& file, const StreamHeader& mesh, StepHeader& step, uint64_t number,
@@ -256,7 +267,7 @@ class StepWriter {
     for (const CodedArray& way : ways_) {
       if (is_chosen(way)) MAILLE_CHECK(write_array(way));
     }
-    // Errors are known now.
+    // The header comes last: errors are known now, and a step is there only if all that it speaks of is.
     const StreamKey key{"STEP", static_cast<uint32_t>(number_), 0};
     MAILLE_CHECK(writer_.write_stream(key, MAILLE_TRY(encode_step(step_))));
     report_.number = number_;
@@ -307,6 +318,7 @@ class StepWriter {
       return {};
     }
     const std::vector<std::byte> bytes = MAILLE_TRY(file_.read_stream({"POSI", replay_.batch_number(), 0}));
+    // A mesh without points in this batch has no such chunk.
     return positions_.begin_batch(bytes, nullptr, replay_.batch_number());
   }
   Result<> find_places_of_block() {
@@ -317,6 +329,7 @@ class StepWriter {
     return {};
   }
   Result<> take_values() {
+    // Arrays that an earlier step serves need no values.
     for (size_t i = 0; i < tuples_.size(); ++i) {
       if (step_.codings[i].method != StepCoding::alone) continue;
       const bool points = step_.arrays[i].domain == Domain::point;
@@ -330,7 +343,8 @@ class StepWriter {
     }
     return {};
   }
-  /// Of all ways the smallest; the first of those that are the same.
+  /// Whether the way is the smallest for its array; the first of those that are the same, so that "alone"
+  /// wins ties.
   bool is_chosen(const CodedArray& way) const {
     return std::none_of(ways_.begin(), ways_.end(), [&](const CodedArray& other) {
       if (other.array != way.array) return false;
@@ -387,7 +401,8 @@ struct Counts {
   uint64_t points, cells;
 };
 
-/// Values of a mesh whose cells and points stand in another order in the stream.
+/// Values of a mesh whose cells and points stand in another order in the stream: numbers are turned from
+/// those of the stream into those of the input.
 class InOrderOfStream final : public StepSource {
  public:
   InOrderOfStream(StepSource& values, const InputOrder& order, std::vector<StreamArray> arrays)
@@ -403,6 +418,7 @@ class InOrderOfStream final : public StepSource {
   }
 
  private:
+  /// The list is a permutation, as decode_order() has checked.
   static std::vector<uint32_t> inverse(const std::vector<uint32_t>& places) {
     std::vector<uint32_t> numbers(places.size());
     for (uint32_t i = 0; i < places.size(); ++i) numbers[places[i]] = i;
@@ -414,7 +430,8 @@ class InOrderOfStream final : public StepSource {
   std::vector<StreamArray> arrays_;
 };
 
-/// In the order of the mesh: numbers that are those of the mesh.
+/// In the order of the mesh: marks arrays whose numbers are those of the mesh's numbered arrays. They take no
+/// bytes then, and need no partner.
 Result<> find_same_numbers(const StreamHeader& mesh, const StreamTail& tail, StepSource& values,
                            StepHeader& step) {
   step.codings.resize(step.arrays.size());
@@ -437,7 +454,8 @@ Result<> find_same_numbers(const StreamHeader& mesh, const StreamTail& tail, Ste
   return {};
 }
 
-/// `open_sink`: of what stands behind the file.
+/// Writes the next step. `open_sink` opens a sink for what stands behind the file, only when the step before
+/// was read: the file may be the same.
 template <class OpenSink>
 Result<StepReport> write_step(const Source& source, const FileReader& file, const StreamHeader& mesh,
                               StepHeader step, StepSource& values, const StepOptions& options,
@@ -447,6 +465,8 @@ Result<StepReport> write_step(const Source& source, const FileReader& file, cons
   const auto partners = MAILLE_TRY(compare_with_earlier(source, mesh, number, step, values, options));
   const std::unique_ptr<Sink> sink = MAILLE_TRY(open_sink());
   StepWriter writer(file, mesh, step, number, partners, values, options,
+                    // The digest goes on over the chunks that are there, so that the new footer vouches for
+                    // the whole file.
                     FileWriter::resume(*sink, file.end(), file.digest()));
   const StepReport report = MAILLE_TRY(writer.write());
   MAILLE_CHECK(sink->commit());
@@ -542,6 +562,7 @@ Result<> set_metadata(const FileReader& file, const StreamHeader& mesh, const St
   return {};
 }
 
+/// For pieces, whose files are within a file: what would be appended is returned.
 Result<std::vector<std::byte>> step_behind(const Source& stream, StepHeader step, StepSource& values,
                                            const StepOptions& options, StepReport& report) {
   const FileReader file = MAILLE_TRY(FileReader::open(stream, stream_chunk_types));
@@ -597,7 +618,7 @@ Result<StepReport> append_step(const std::string& path, double time, const Mesh&
 
 namespace {
 
-/// Each array of the mesh is there, with the mesh's own values.
+/// Whether each array of the mesh is there, with the mesh's own values.
 bool repeats(const StepHeader& step, const std::vector<StreamArray>& arrays) {
   for (size_t i = 0; i < arrays.size(); ++i) {
     const auto is_it = [&](size_t k) {
@@ -611,7 +632,8 @@ bool repeats(const StepHeader& step, const std::vector<StreamArray>& arrays) {
   return true;
 }
 
-/// A large file whose end tells nothing is looked through from the front by FileReader.
+/// A large file whose end tells nothing would be looked through from the front by FileReader, which takes as
+/// long as reading it; who lists steps is told instead.
 Result<> check_end(const Source& source) {
   if (source.size() < 2 * indexed_file_bytes) return {};
   std::vector<std::byte> end(footer_bytes);

@@ -13,6 +13,7 @@ namespace maille {
 inline constexpr std::string_view stream_chunk_types[] = {"DESC", "CELL", "POSI", "ARRY", "TAIL", "STEP",
                                                           "SVAL", "PIEC", "GIDS", "PIDX", "SIDX"};
 
+/// How many steps of time stand behind the mesh: they are numbered from 1 without gaps.
 uint64_t count_steps(const FileReader& file);
 
 /// What VTK and Exodus call the time of all that a file holds becomes that of a step.
@@ -26,7 +27,7 @@ Result<std::vector<StepHeader>> read_steps(const FileReader& file, const std::ve
 /// The same as list_steps() has them, of what is there of the file.
 Result<std::vector<StreamStep>> steps_of(const FileReader& file, const StreamHeader& mesh);
 
-/// A step of time that is to be appended to a file.
+/// A step of time that is to be appended to a file: what is known of that file.
 struct StepTarget {
   std::unique_ptr<FileReader> file;
   StreamHeader mesh;
