@@ -7,7 +7,8 @@
 namespace maille::c {
 namespace {
 
-/// What a program reads and writes by functions of its own. Whatever these throw ends here.
+/// A source and a sink that call functions of the C program. A program in C++ may pass functions that throw;
+/// these exceptions end here and become errors.
 class CallbackSource final : public Source {
  public:
   CallbackSource(uint64_t size, maille_read_at read_at, void* user, std::string name)
@@ -105,6 +106,7 @@ using namespace maille;
 using namespace maille::c;
 
 maille_source* maille_source_memory(const void* bytes, uint64_t size, maille_error* error) {
+  // NULL is fine for no bytes, as malloc(0) may return it, but check() refuses it.
   static const std::byte none{};
   return make(error, {{size == 0 ? &none : bytes, "bytes"}}, [&] {
     return source_handle(

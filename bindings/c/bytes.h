@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+/// These structs are what C sees as opaque handles. Each is freed by its own maille_..._free().
 struct maille_source {
   std::unique_ptr<maille::Source> source;
 };
@@ -19,7 +20,7 @@ struct maille_sink {
 
 namespace maille::c {
 
-/// Counts what goes into a sink of C.
+/// Counts the bytes that go into a sink of C, so that a second mesh in the same sink can be refused.
 class CountedSink final : public Sink {
  public:
   explicit CountedSink(maille_sink& sink) : sink_(sink) {}

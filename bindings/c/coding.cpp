@@ -35,6 +35,7 @@ Result<std::unique_ptr<maille_mesh>> with_notes(Result<ReadResult> read) {
   return made;
 }
 
+/// Reads .maille files and foreign formats alike; the first bytes decide, not the name.
 Result<std::unique_ptr<maille_mesh>> read_any(const std::string& path, const DecodeOptions& options) {
   ReadOptions reading;
   reading.limits = options.limits;
@@ -60,6 +61,7 @@ using namespace maille::c;
 int32_t maille_encode(const maille_mesh* mesh, const maille_encode_options* options, maille_sink* sink,
                       maille_error* error) {
   return run(error, {{mesh, "mesh"}, {sink, "sink"}}, [&]() -> Result<> {
+    // Two files behind each other are no .maille file, and a reader would take the second one for damage.
     if (sink->size != 0) return wrong("the sink has a file already; make another one");
     CountedSink counted(*sink);
     const auto report = encode(mesh->mesh, counted, options_of(options));

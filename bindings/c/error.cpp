@@ -41,6 +41,8 @@ Result<> check(std::initializer_list<Needed> needed) {
 
 using namespace maille::c;
 
+// This rises when a function or a struct changes in a way that programs compiled before would notice. New
+// functions, and new fields at the end of structs that know their size, do not count.
 uint32_t maille_abi_version(void) {
   return 1;
 }
@@ -53,6 +55,7 @@ void maille_format_version(uint32_t* major, uint32_t* minor) {
 }
 
 maille_error* maille_error_create(void) {
+  // There is no error object yet that could tell why this failed, so NULL must.
   return new (std::nothrow) maille_error;
 }
 void maille_error_free(maille_error* error) {

@@ -22,7 +22,8 @@ void store(const Vector3& from, double to[3]) {
   std::copy(from.x.begin(), from.x.end(), to);
 }
 
-/// A caller that was compiled with an older header has room for less.
+/// Copies a result into the caller's struct. A caller that was compiled with an older header has a shorter
+/// struct, and struct_size says how much of it may be written.
 Result<> give(const std::optional<SurfacePoint>& found, maille_place& place) {
   maille_place result{};
   if (found) {

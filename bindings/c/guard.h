@@ -12,7 +12,9 @@
 #include <type_traits>
 #include <utility>
 
-/// Nothing thrown passes the border to C: each function of the library does its work inside run() or make().
+// No exception may cross the border to C, since unwinding through frames of C is undefined. Therefore each
+// function of the library does its work inside run() or make(), which turn errors and exceptions into a code
+// and a sentence.
 
 struct maille_error {
   int32_t code = MAILLE_OK;
@@ -21,9 +23,9 @@ struct maille_error {
 
 namespace maille::c {
 
-/// Writes down what went wrong, if anybody wants to know, and gives the code.
+/// Stores the code and the message if `error` is not NULL, and returns the code.
 int32_t report(maille_error* error, int32_t code, std::string_view message) noexcept;
-/// The same of the exception that is being handled.
+/// Does the same for the exception that is being handled; call it inside of a catch block only.
 int32_t report_exception(maille_error* error) noexcept;
 
 /// An argument that must not be NULL, and what the message calls it.
@@ -78,7 +80,8 @@ inline std::string text(const char* text) {
   return text ? text : "";
 }
 
-/// Numbers from outside that stand for one of `count` values.
+/// Turns a number from outside into one of `count` values. A C caller may pass any int, and casting it to an
+/// enumeration unchecked would make every later switch unsafe. Error: usage.
 template <class Enum>
 Result<Enum> chosen(int32_t value, unsigned count, const char* what) {
   if (value >= 0 && static_cast<unsigned>(value) < count) return static_cast<Enum>(value);

@@ -16,7 +16,8 @@ Result<std::unique_ptr<maille_mesh>> handle(Result<Mesh> mesh) {
 
 namespace {
 
-/// `count` numbers at `data`, copied or borrowed. NULL will do for none.
+/// Takes `count` numbers at `data`, copied or borrowed. NULL is fine for none. The count is compared with
+/// PTRDIFF_MAX first, because std::vector and pointer differences are undefined or throw beyond it.
 template <class T>
 Result<> take(Buffer<T>& to, const T* data, uint64_t count, int32_t how, const char* name) {
   if (how != MAILLE_COPY && how != MAILLE_BORROW)
@@ -33,7 +34,8 @@ Result<> take(Buffer<T>& to, const T* data, uint64_t count, int32_t how, const c
   return {};
 }
 
-/// Tuples of numbers of any type. Their bytes are counted without overflow.
+/// Takes tuples of numbers of any type. Dividing the limit, instead of multiplying the count, avoids an
+/// overflow.
 Result<> take_tuples(Array& array, uint64_t tuples, const void* values, int32_t how, const char* name) {
   const uint64_t most = static_cast<uint64_t>(std::numeric_limits<ptrdiff_t>::max());
   if (array.components == 0) return wrong(std::string(name) + ": at least one component is needed");
@@ -59,6 +61,7 @@ Result<> set_points(Mesh& mesh, int32_t type, uint64_t count, const void* positi
   return {};
 }
 
+// Arrays are found by name and domain, so a second one of the same name could never be found.
 Result<> add_array(Mesh& mesh, Array array, uint64_t tuples, const void* values, int32_t how) {
   if (mesh.find(array.name, array.domain))
     return wrong("there is an array \"" + array.name + "\" on " + name_of(array.domain) + "s already");
@@ -97,6 +100,7 @@ int32_t maille_mesh_add_block(maille_mesh* mesh, const char* name, int32_t cell_
       return wrong(std::to_string(cells) + " cells of type " + name_of(*type) + " have " +
                    std::to_string(nodes) + " entries each, not " + std::to_string(entries) + " in all");
     if (nodes != 0 && offsets) return wrong("cells with a fixed number of nodes take no offsets");
+    // There is one offset more than there are cells.
     if (cells == std::numeric_limits<uint64_t>::max()) return wrong("cells: more than memory can hold");
     if (auto taken = take(block.connectivity, connectivity, entries, how, "connectivity"); !taken)
       return taken;
@@ -280,6 +284,7 @@ const uint32_t* maille_mesh_point_numbers(const maille_mesh* mesh, uint64_t* cou
 
 int32_t maille_compare(const maille_mesh* a, const maille_mesh* b, int32_t same_order, maille_error* error) {
   return run(error, {{a, "a"}, {b, "b"}}, [&]() -> Result<> {
+    // Meshes of C callers are built piece by piece and may be incomplete, but compare() needs valid ones.
     for (const maille_mesh* mesh : {a, b}) {
       if (auto valid = validate(mesh->mesh); !valid) return valid;
     }

@@ -7,6 +7,7 @@
 namespace maille::c {
 namespace {
 
+/// A callback of C as a function of the library. It returns 0 to go on.
 Progress told(maille_progress progress, void* user) {
   if (!progress) return {};
   return [progress, user](const ProgressReport& report) {

@@ -6,6 +6,7 @@
 
 namespace maille::c {
 
+/// Scales normal and offset so that the normal has length 1, which the library's planes have. Error: usage.
 Result<Region::Plane> plane_of(const double normal[3], double offset) {
   const double length = std::sqrt(dot(vector(normal), vector(normal)));
   if (!(length > 0) || !std::isfinite(length) || !std::isfinite(offset))
@@ -44,6 +45,7 @@ int32_t maille_query_set_box(maille_query* query, const double low[3], const dou
                              maille_error* error) {
   return run(error, {{query, "query"}, {low, "low"}, {high, "high"}}, [&]() -> Result<> {
     for (unsigned k = 0; k < 3; ++k) {
+      // Written so that NaN fails, too. Infinite sides are fine.
       if (!(low[k] <= high[k])) return wrong("a box needs numbers, the low ones not above the high ones");
     }
     query->volume.region.box = Box{vector(low), vector(high)};

@@ -14,6 +14,8 @@ struct maille_reader {
 namespace maille::c {
 namespace {
 
+/// A function of the C program as a stream. Its answer is checked, since a count beyond the buffer would make
+/// the library read memory that nobody filled.
 class CallbackStream final : public ByteStream {
  public:
   CallbackStream(maille_read read, void* user, std::string name)
@@ -41,6 +43,7 @@ StreamReadOptions reading_options(const DecodeOptions& options) {
   StreamReadOptions reading;
   reading.limits = options.limits;
   reading.executor = options.executor;
+  // A C caller sees numbers of points either way, and files in any order would otherwise be refused.
   reading.any_order = true;
   return reading;
 }
@@ -54,7 +57,8 @@ const StreamArray* array_of(const maille_reader* reader, uint64_t array) {
   return reader ? at(reader->reader.description().arrays, array) : nullptr;
 }
 
-/// Values of an array are among those of its domain.
+/// A portion lists point arrays and cell arrays apart, while C numbers all arrays together as they were
+/// declared.
 const std::vector<std::byte>* values_of(const maille_reader* reader, uint64_t array) {
   const StreamArray* const found = array_of(reader, array);
   if (!found) return nullptr;

@@ -20,6 +20,7 @@ VolumeQuery volume_query(const maille_query* query) {
   return query ? query->volume : VolumeQuery();
 }
 
+/// A piece without any finite position has no box, which C sees as NaN.
 void store(const std::optional<Box>& box, double to[6]) {
   std::fill(to, to + 6, std::numeric_limits<double>::quiet_NaN());
   for (unsigned k = 0; box && k < 3; ++k) {
@@ -74,6 +75,7 @@ int32_t maille_volume_select(const maille_volume* volume, const maille_query* qu
     if (!pieces && room > 0) return wrong("pieces is NULL");
     const auto selected = volume->file.select(volume_query(query));
     if (!selected) return tl::unexpected(selected.error());
+    // The count is that of all pieces, so a caller can ask with no room first and then allocate.
     *count = selected->size();
     std::copy_n(selected->begin(), std::min<uint64_t>(room, selected->size()), pieces);
     return {};

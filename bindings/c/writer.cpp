@@ -8,6 +8,7 @@
 #include <limits>
 #include <optional>
 
+/// Declarations are collected until begin(), because the library wants all of them at once.
 struct maille_writer {
   maille::c::CountedSink sink;
   maille::StreamOptions options;
@@ -73,6 +74,7 @@ Result<std::vector<Bytes>> tuples_of(const StreamOptions& options, Domain domain
   return all;
 }
 
+/// NaN stands for a range that is not known; C has no optional values.
 std::optional<std::pair<double, double>> range_of(double low, double high) {
   if (std::isnan(low) || std::isnan(high)) return std::nullopt;
   return std::pair(low, high);
@@ -250,6 +252,7 @@ int32_t maille_writer_flush(maille_writer* writer, maille_error* error) {
 
 int32_t maille_writer_finish(maille_writer* writer, maille_error* error) {
   return run_begun(writer, error, {}, [&](StreamWriter& stream) -> Result<> {
+    // Set even if finish() fails: what was written by then cannot be continued.
     writer->finished = true;
     const auto report = stream.finish();
     if (!report) return tl::unexpected(report.error());

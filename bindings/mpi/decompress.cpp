@@ -30,6 +30,7 @@ Result<Mesh> read_share(const std::string& path, uint64_t step, const Ranks& ran
   if (!file) return tl::unexpected(file.error());
   VolumeQuery query;
   query.pieces.emplace();
+  // Each rank takes a run of pieces. The runs are as even as possible and together have all pieces.
   const uint64_t pieces = file->pieces();
   for (uint64_t p = pieces * ranks.rank() / ranks.size(); p < pieces * (ranks.rank() + 1) / ranks.size(); ++p)
     query.pieces->push_back(static_cast<uint32_t>(p));
@@ -48,6 +49,7 @@ Result<Mesh> read_share(const std::string& path, uint64_t step, const Ranks& ran
   return std::move(mesh);
 }
 
+/// Names of arrays and files may hold what XML gives a meaning.
 std::string escaped(const std::string& text) {
   std::string out;
   for (const char c : text) {

@@ -14,6 +14,7 @@
 namespace maille {
 
 Result<> agree(Ranks& ranks, const Result<>& mine) {
+  // The largest of these numbers belongs to the first rank that failed; 0 means that none did.
   std::vector<uint64_t> failing = {mine ? 0 : ranks.size() - ranks.rank()};
   ranks.largest(failing);
   if (failing[0] == 0) return {};
@@ -98,6 +99,8 @@ bool all_agree(Ranks& ranks, bool mine) {
 /// Each rank reads its share of the parts, if these number their points; else the first one reads all.
 Result<OwnPart> read_shares(const std::vector<std::string>& parts, const std::vector<std::string>& inputs,
                             Ranks& ranks) {
+  // The shares are as even as possible and leave no part out: the end of one rank's share is where the next
+  // begins.
   const size_t first = parts.size() * ranks.rank() / ranks.size();
   const size_t end = parts.size() * (ranks.rank() + 1) / ranks.size();
   Result<ReadResult> read = read_parts(std::span(parts).subspan(first, end - first), {}, false);
@@ -111,12 +114,14 @@ Result<OwnPart> read_shares(const std::vector<std::string>& parts, const std::ve
     has_points = own.points.size() == own.mesh.point_count() && own.mesh.blocks.size() <= 1;
     has_cells = own.cells.size() == own.mesh.cell_count();
   }
+  // Without global numbers the points that parts share cannot be joined by each rank for itself.
   if (!all_agree(ranks, has_points)) return read_alone(inputs, ranks);
   const bool numbered = all_agree(ranks, has_cells);
   std::vector<uint64_t> counts(ranks.size());
   counts[ranks.rank()] = own.mesh.cell_count();
   ranks.add(counts);
   const uint64_t before = std::accumulate(counts.begin(), counts.begin() + ranks.rank(), uint64_t{0});
+  // Cells belong to one part each, so their numbers may simply follow the order of the parts.
   if (!numbered) own.cells = counted_from(before, own.mesh.cell_count());
   return own;
 }
@@ -215,6 +220,7 @@ Result<> verify(const Options& options, MPI_Comm communicator) {
   return {};
 }
 
+/// Only calls that are safe in a signal handler. MPI_Abort() is not one of them; mpirun ends the other ranks.
 extern "C" void stop(int signal) {
   mpi::remove_unfinished_file();
   std::_Exit(128 + signal);
@@ -256,6 +262,7 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
+    // Only the first rank prints, otherwise the help would appear once for each rank.
     const int code = rank == 0 ? app.exit(error) : error.get_exit_code();
     return code == 0 ? 0 : static_cast<int>(ErrorCode::usage);
   }

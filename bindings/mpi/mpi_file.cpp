@@ -13,9 +13,10 @@
 namespace maille::mpi {
 namespace {
 
+/// MPI counts bytes in ints, so one call writes less than 2 GiB; half of that leaves room for any rounding.
 constexpr uint64_t most_at_once = uint64_t{1} << 30;
 
-/// What the handler of a signal is to remove.
+/// The name that a signal handler removes. It is a plain array, because a handler must not allocate or lock.
 char unfinished[4096];
 volatile std::sig_atomic_t is_unfinished = 0;
 
@@ -45,6 +46,8 @@ class SharedFile : public RanksFile {
         MPI_File_open(communicator_, name.c_str(), mode | MPI_MODE_WRONLY, MPI_INFO_NULL, &file);
     // It failed in some ranks, perhaps not in all; then nobody may call what needs all.
     if (auto all = agree(opened); !all) return all;
+    // Every rank makes all of these collective calls even after a failure, since the others would wait for it
+    // forever. The errors are compared at the end.
     int failed = MPI_File_set_size(file, static_cast<MPI_Offset>(size));
     const int written = write_parts(file, parts);
     if (failed == MPI_SUCCESS) failed = written;
@@ -88,7 +91,7 @@ class SharedFile : public RanksFile {
     return failed;
   }
 
-  /// The error of the first rank that has one, in all.
+  /// Gives all ranks the error of the first rank that has one, so that they all return the same result.
   Result<> agree(int mine) {
     int size = 1;
     MPI_Comm_size(communicator_, &size);
@@ -138,6 +141,7 @@ class MpiFile final : public SharedFile {
     if (rank_ == 0 && std::rename(temporary_.c_str(), path_.c_str()) != 0) reason = errno;
     if (rank_ == 0 && reason == 0) {
       is_unfinished = 0;
+      // The new name survives a loss of power only when its folder is synced, too.
       const int folder = ::open(folder_of(path_).c_str(), O_RDONLY | O_DIRECTORY);
       if (folder >= 0) {
         ::fsync(folder);
@@ -158,7 +162,8 @@ class MpiFile final : public SharedFile {
   std::string temporary_;
 };
 
-/// The first rank holds the lock that append_sink() takes.
+/// A file that grows by a step of time. The first rank holds the lock that append_sink() takes, so that a
+/// single program cannot append meanwhile, either.
 class AppendedFile final : public SharedFile {
  public:
   using SharedFile::SharedFile;

@@ -29,6 +29,8 @@ class MpiRanks final : public Ranks {
     std::swap(own, to[rank()]);
     coming[rank()] = sending[rank()] = 0;
     for (size_t r = 0; r < from.size(); ++r) from[r].resize(coming[r]);
+    // All buffers of a round together stay below 1 GiB, since their places are ints, too. All ranks need the
+    // same number of rounds, which is that of the largest buffer anywhere.
     const uint64_t share = most_at_once / to.size();
     std::array<uint64_t, 1> rounds = {0};
     for (const uint64_t bytes : sending) rounds[0] = std::max(rounds[0], (bytes + share - 1) / share);
@@ -82,6 +84,7 @@ class MpiRanks final : public Ranks {
     }
   };
 
+  /// All ranks pass the same number of numbers, so they make the same number of calls.
   void reduce(std::span<uint64_t> numbers, MPI_Op operation) {
     for (size_t at = 0; at < numbers.size(); at += most_at_once / 8) {
       const auto count = static_cast<int>(std::min<uint64_t>(numbers.size() - at, most_at_once / 8));

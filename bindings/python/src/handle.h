@@ -7,8 +7,9 @@
 
 namespace maille::python {
 
-/// A file of the library that several threads of Python may use: one after the other. Keeps what it reads
-/// from.
+/// A file of the library that several threads of Python may use, one after the other. It keeps alive what it
+/// reads from. The library's own objects are for one thread at a time, and Python's lock is released while
+/// they work.
 template <class File>
 class Handle {
  public:

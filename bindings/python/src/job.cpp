@@ -30,6 +30,7 @@ Executor* executor() {
     all.executor = thread_executor(all.wanted).release();
     all.process = ::getpid();
   }
+  // After fork() the child has the executor but none of its threads, so waiting for them would never end.
   return all.process == ::getpid() ? all.executor : nullptr;
 }
 
@@ -54,6 +55,8 @@ class Watch {
     stage_ = report.stage;
     const auto now = std::chrono::steady_clock::now();
     if (raised_) return false;
+    // Taking the interpreter's lock costs far more than this test, and another thread of Python may hold it
+    // for long.
     if (now - last_ < interval || !somebody_listens_ || finalizing()) return true;
     last_ = now;
     const py::gil_scoped_acquire acquired;
@@ -73,6 +76,8 @@ class Watch {
 
  private:
   bool look_around(const ProgressReport& report) {
+    // Python's signal handlers run only when somebody asks for them; without this Ctrl-C would wait for the
+    // library.
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
     if (progress_.is_none()) return true;
     const py::object answer = progress_(report.stage, report.fraction);

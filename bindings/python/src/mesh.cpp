@@ -34,7 +34,8 @@ void borrow(const py::object& from, Buffer<T>& to) {
                          owner_of(array));
 }
 
-/// A mesh whose numbers may be those of arrays that somebody has written to since they were looked at.
+/// Validates a mesh again: it may borrow arrays of numpy that somebody has written to since it was made, and
+/// the library would read outside of its memory if an index were too large.
 const Mesh& looked_at(const SharedMesh& self) {
   take(validate(*self.mesh));
   return *self.mesh;
@@ -112,7 +113,7 @@ py::object values_or_none(const SharedMesh& self, const Values& values) {
   return values.empty() ? py::object(py::none()) : values_of(self, values);
 }
 
-/// As block_from() takes it.
+/// A block as block_from() takes it. Blocks of one kind have connectivity of shape (cells, nodes).
 py::tuple tuple_of(const SharedMesh& self, const CellBlock& block) {
   return py::make_tuple(block.name, static_cast<int>(block.type), values_or_none(self, block.types),
                         values_or_none(self, block.offsets),

@@ -8,7 +8,8 @@
 
 namespace maille::python {
 
-/// Reads by seek() and read() of a Python object. What these raise is kept until the library's call is over.
+/// Reads by seek() and read() of a Python object. An exception that these raise cannot pass through the
+/// library, which knows Results only, so it is kept until the call is over and then raised unchanged.
 class FileObjectSource final : public Source {
  public:
   FileObjectSource(py::object file, std::string name) : file_(std::move(file)), name_(std::move(name)) {
@@ -27,6 +28,7 @@ class FileObjectSource final : public Source {
     try {
       file_.attr("seek")(offset);
       for (size_t done = 0; done < out.size();) {
+        // A raw file may return fewer bytes than it was asked for.
         const py::object part = file_.attr("read")(out.size() - done);
         if (!py::isinstance<py::bytes>(part))
           return failure(ErrorCode::cannot_read, name_ + ": its read() gives no bytes; open it in mode 'rb'");

@@ -29,7 +29,9 @@ size_t corners_of(CellType type) {
   }
 }
 
-/// A face of a solid, among all: two solids share it where its points are the same.
+/// A face of a solid among all faces. Two solids share a face if its points are the same; comparing the three
+/// lowest points is enough, as two faces of a conforming mesh that have three points in common are the same
+/// face.
 struct Face {
   std::array<uint32_t, 3> lowest;  ///< points of it, rising: two faces of a mesh with these are one
   uint64_t cell = 0;
@@ -106,7 +108,8 @@ class Collector {
     corners_.insert(corners_.end(), points.begin(), points.end());
   }
 
-  /// Faces that are there once, in the order of their cells.
+  /// Adds the faces that exist once, in the order of their cells. Sorting finds equal faces without a hash
+  /// table, so the result does not depend on hashing; `first` makes the order total.
   void add_borders() {
     const auto same = [](const Face& a, const Face& b) { return a.lowest == b.lowest && a.size == b.size; };
     std::sort(faces_.begin(), faces_.end(), [](const Face& a, const Face& b) {

@@ -23,6 +23,7 @@ py::array view_of(std::shared_ptr<const void> owner, const void* data, const py:
   using Owner = std::shared_ptr<const void>;
   const py::capsule base(new Owner(std::move(owner)), [](void* kept) { delete static_cast<Owner*>(kept); });
   py::array view(type, std::move(shape), {}, data, base);
+  // Meshes are shared by all views of them, and the library relies on their having been validated.
   view.attr("setflags")(py::arg("write") = false);
   return view;
 }

@@ -15,7 +15,8 @@
 namespace maille::python {
 
 py::dtype dtype_of(Scalar type);
-/// None for types that a mesh cannot have.
+/// The Scalar of an array's dtype; nothing for types that a mesh cannot have, such as booleans or complex
+/// numbers.
 std::optional<Scalar> scalar_of(const py::array& array);
 
 /// An array that shows memory of `owner`, which lives as long as the array does. Nobody can write to it.

@@ -52,6 +52,7 @@ vtkSmartPointer<vtkDataArray> empty_array(const std::string& name, Scalar type, 
   return array;
 }
 
+/// VTK owns its arrays and the mesh owns its own, so numbers are copied once, in one piece.
 vtkSmartPointer<vtkDataArray> copy_of(const Array& array) {
   auto copy = empty_array(array.name, array.type, array.components, array.count());
   if (array.count() > 0) std::memcpy(copy->GetVoidPointer(0), array.bytes.data(), array.bytes.size());
@@ -214,6 +215,7 @@ class Cells {
   vtkIdType cells_ = 0, corners_ = 0;
 };
 
+/// VTK's 32-bit cell arrays are signed.
 bool fits_32_bits(const Mesh& mesh) {
   constexpr uint64_t most = std::numeric_limits<int32_t>::max();
   return mesh.point_count() <= most && mesh.corner_count() <= most;
@@ -240,6 +242,7 @@ class FaceStreams {
   vtkIdTypeArray* faces() { return faces_; }
 
  private:
+  /// VTK wants a location for each cell of the grid; -1 stands for a cell that is no polyhedron.
   void fill_up_to(uint64_t cell) {
     while (static_cast<uint64_t>(locations_->GetNumberOfValues()) < cell) locations_->InsertNextValue(-1);
   }
@@ -315,6 +318,8 @@ struct Kinds {
   bool sorted = true;
 };
 
+/// How many cells and corners each of the four arrays of vtkPolyData takes, and whether the cells come in its
+/// order already. A uniform block is counted as a whole.
 Kinds count_kinds(const Mesh& mesh) {
   Kinds kinds;
   size_t before = 0;
@@ -332,7 +337,9 @@ Kinds count_kinds(const Mesh& mesh) {
   return kinds;
 }
 
-/// Numbers of cells in the order in which vtkPolyData has them; empty: as they are.
+/// vtkPolyData numbers its vertices first, then lines, polygons and strips, and cell arrays must follow.
+/// Returns the mesh's number of each of its cells, stable within a kind; empty if the order is the mesh's
+/// own.
 std::vector<uint64_t> order_of(const Mesh& mesh, const Kinds& kinds) {
   if (kinds.sorted) return {};
   std::vector<uint64_t> order(mesh.cell_count());

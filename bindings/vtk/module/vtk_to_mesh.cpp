@@ -32,6 +32,8 @@ using namespace maille;
 
 namespace {
 
+/// The Scalar of VTK's array, by size and sign: types such as long and vtkIdType are of another size on other
+/// machines. Bits have none.
 std::optional<Scalar> scalar_of_vtk(vtkDataArray& array) {
   const int type = array.GetDataType();
   if (type == VTK_FLOAT) return Scalar::f32;
@@ -52,7 +54,8 @@ std::optional<Scalar> scalar_of_vtk(vtkDataArray& array) {
   }
 }
 
-/// The values of an array, where they lie if VTK stores them as maille does.
+/// The values of an array. They are borrowed where VTK stores them tuple after tuple, as maille does, and
+/// copied otherwise; either way the mesh keeps the VTK array alive.
 Array view_of(vtkDataArray& array, std::string name, Domain domain, Scalar type) {
   vtkSmartPointer<vtkDataArray> plain = &array;
   if (!array.HasStandardMemoryLayout()) {
