@@ -14,6 +14,7 @@
 namespace maille {
 namespace {
 
+/// Simplices go round an edge, so that the cell reached last shares most with the front (see Waiting).
 bool latest_first(unsigned kind) {
   return kind < shape_count && (cell_shapes[kind].corners == 4 || cell_shapes[kind].corners == 3);
 }
@@ -22,7 +23,9 @@ unsigned kind_at(const CellBlock& block, uint64_t cell) {
   return kind_of(block.type == CellType::mixed ? static_cast<CellType>(block.types[cell]) : block.type);
 }
 
-/// Faces that wait for a second cell with the same points, in lists by their hash.
+/// Faces that wait for a second cell with the same points, in lists by their hash. The hash decides only
+/// where a face is sought; matches are by points and in order of arrival, so that the result does not depend
+/// on it.
 class WaitingFaces {
  public:
   /// Two lists for each cell or more: tetrahedra have two faces each, hexahedra three.
@@ -55,6 +58,7 @@ class WaitingFaces {
       }
     }
   }
+  /// In the order of the hash: callers may only set what does not depend on it.
   template <class Visit>
   void for_each(Visit visit) const {
     for (uint32_t at : first_) {
@@ -63,11 +67,13 @@ class WaitingFaces {
   }
 
  private:
+  /// Lists go through one array, and what left a list is used again.
   struct Entry {
     Face face;
     uint32_t next;
   };
   static constexpr uint32_t none = 0xffffffff;
+  // Two faces of one mesh hardly collide, but a hostile mesh can make them: that costs time, not correctness.
   size_t list_of(const Face& face) const { return hash_mix(face.low, face.high) & (first_.size() - 1); }
 
   std::optional<Face> take(size_t list, const Face& face) {
@@ -79,6 +85,8 @@ class WaitingFaces {
     }
     return {};
   }
+  /// Newest first: of several faces that are the same there is never more than one here, as the second one
+  /// takes the first.
   void wait(size_t list, const Face& face) {
     if (unused_ == none) {
       unused_ = static_cast<uint32_t>(entries_.size());
@@ -94,6 +102,8 @@ class WaitingFaces {
   uint32_t unused_ = none;
 };
 
+/// Points in ascending order, by a sorting network for four; faces of three have no_cell last, which is no
+/// point.
 WaitingFaces::Face face_of(const CellFace& face, const uint32_t* corners, uint32_t cell, uint32_t number) {
   std::array<uint32_t, 4> point;
   point.fill(no_cell);
@@ -133,6 +143,7 @@ struct Waiting {
 
 }  // namespace
 
+/// Faces in bunches, so that the misses of the cache of many faces overlap.
 Neighbours neighbours_of(const CellBlock& block, std::vector<uint8_t>* on_border) {
   std::array<uint32_t, most_faces> none;
   none.fill(no_cell);
@@ -153,6 +164,7 @@ Neighbours neighbours_of(const CellBlock& block, std::vector<uint8_t>* on_border
   }
   waiting.meet(faces, link);
   if (!on_border) return neighbours;
+  // What still waits has no partner.
   waiting.for_each([&](const WaitingFaces::Face& face) {
     for (const uint64_t point :
          {face.low >> 32, face.low & 0xffffffff, face.high >> 32, face.high & 0xffffffff}) {
@@ -162,6 +174,8 @@ Neighbours neighbours_of(const CellBlock& block, std::vector<uint8_t>* on_border
   return neighbours;
 }
 
+/// With a heap whose entries go out of date: each time a cell is reached again, a new entry is pushed. So
+/// there are at most as many entries as faces.
 std::vector<uint64_t> front_order(const CellBlock& block) {
   std::vector<uint64_t> order;
   if (block.size() >= no_cell) {
@@ -179,6 +193,7 @@ std::vector<uint64_t> front_order(const CellBlock& block) {
     order.push_back(cell);
     for (const uint32_t other : neighbours[cell]) {
       if (other == no_cell || faces[other] == 255) continue;
+      // Reached first at this time. The complement turns "earliest first" into "latest first".
       if (faces[other]++ == 0) reached[other] = latest_first(kind_at(block, other)) ? ~time : time;
       waiting.push({faces[other], reached[other], other});
     }

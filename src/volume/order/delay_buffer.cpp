@@ -6,6 +6,7 @@
 
 namespace maille {
 
+/// The place of the cell taken last is free only now, as the caller has used that cell until here.
 DelayedCell& DelayBuffer::next() {
   if (left_ != none) free_.push_back(left_);
   left_ = none;
@@ -18,6 +19,7 @@ DelayedCell& DelayBuffer::next() {
   return places_[filled_].cell;
 }
 
+/// The cell is the youngest one; it waits for its faces that the front has already.
 void DelayBuffer::enter() {
   Place& place = places_[filled_];
   place.serial = ++serial_;
@@ -36,6 +38,7 @@ void DelayBuffer::enter() {
   meet_front(filled_);
 }
 
+/// A point that no cell waits with is forgotten.
 bool DelayBuffer::end(uint64_t number) {
   const auto found = points_.find(number);
   if (found == points_.end()) return false;
@@ -52,6 +55,7 @@ const CellShape* DelayBuffer::shape_at(uint32_t place) const {
   return kind < shape_count ? &cell_shapes[kind] : nullptr;
 }
 
+/// Keys of faces by kind of face (size) and points in ascending order.
 void DelayBuffer::find_faces(Place& place) const {
   if (place.cell.kind >= shape_count) return;
   const CellShape& shape = cell_shapes[place.cell.kind];
@@ -66,6 +70,7 @@ void DelayBuffer::find_faces(Place& place) const {
   }
 }
 
+/// Enters the faces of a cell. A third cell with a face is not noted: of it only the front is known.
 void DelayBuffer::meet_front(uint32_t at) {
   const CellShape* const shape = shape_at(at);
   Place& place = places_[at];
@@ -84,7 +89,7 @@ void DelayBuffer::meet_front(uint32_t at) {
   std::push_heap(queue_.begin(), queue_.end());
 }
 
-/// The front meets a cell, which takes its place among those for which as many faces wait.
+/// The front meets a cell for the first time, which takes its place among those for which as many faces wait.
 void DelayBuffer::reach(Place& place) const {
   const bool simplex = cell_shapes[place.cell.kind].corners <= 4;
   place.rank = simplex ? place.serial : taken_;
@@ -95,6 +100,8 @@ bool DelayBuffer::is_current(const Candidate& candidate) const {
   return place.serial == candidate.serial && place.faces_waiting == candidate.faces;
 }
 
+/// Most entries of the heap are out of date in the long run: they are swept when they are four times as many
+/// as cells, so that the heap stays linear in these.
 uint32_t DelayBuffer::choose() {
   if (queue_.size() > 4 * count_ + 1024) {
     const auto stale = [&](const Candidate& candidate) { return !is_current(candidate); };
@@ -129,7 +136,8 @@ void DelayBuffer::leave_list(uint32_t at) {
   (place.younger == none ? youngest_ : places_[place.younger].older) = place.older;
 }
 
-/// The faces of a cell that leaves come to the front, or leave it where they were there.
+/// The faces of a cell that leaves come to the front, or leave it where they were there. Its neighbours among
+/// the waiting cells get a new entry.
 void DelayBuffer::move_front(uint32_t at) {
   const CellShape* const shape = shape_at(at);
   for (unsigned f = 0; shape != nullptr && f < shape->faces; ++f) {
@@ -153,7 +161,8 @@ void DelayBuffer::move_front(uint32_t at) {
   }
 }
 
-/// A point ends with the last cell that has it, at all corners that are this point.
+/// A point ends with the last cell that has it, at all corners that are this point: last uses of the input
+/// are those of another order.
 void DelayBuffer::mark_ends(DelayedCell& cell) {
   for (const uint64_t number : cell.numbers) --points_[number].cells;
   for (size_t i = 0; i < cell.numbers.size(); ++i) {
@@ -166,7 +175,7 @@ void DelayBuffer::mark_ends(DelayedCell& cell) {
 }
 
 /// Faces on the surface of the mesh are on the front for ever: those at points that have ended go from time
-/// to time.
+/// to time, whenever there are twice as many faces as after the last sweep.
 void DelayBuffer::forget_old_faces() {
   if (faces_.size() < 2 * kept_faces_ + 8 * count_ + 1024) return;
   for (auto at = faces_.begin(); at != faces_.end();) {

@@ -12,7 +12,7 @@
 
 namespace maille {
 
-/// A cell that is held back, as it was given.
+/// A cell that is held back, as it was given: one place of the buffer, whose vectors keep their room.
 struct DelayedCell {
   unsigned kind = 0;
   CellType type = CellType::vertex;
@@ -26,8 +26,8 @@ struct DelayedCell {
 /// is always that which most faces of the front wait for; of equals the one that the front reached first, or,
 /// of tetrahedra, the one that came first; where no face of the front is one of a cell that is here, the
 /// oldest. (Isenburg and others, "Streaming Compression of Tetrahedral Volume Meshes", 2006, hold tetrahedra
-/// back in such a way.) By age tetrahedra in a good order stay so: 5.6 bits where what the front reached
-/// first, or last as in front_order(), makes 8.4 and 6.1 of 5.6 with 10,000 cells.
+/// back in such a way.) By age tetrahedra in a good order stay so: 5.6 bits, where what the front reached
+/// first, or last as in front_order(), makes 8.4 and 6.1 of them with room for 10,000 cells.
 ///
 /// Faces are known by a hash of their points: where two have the same one the order is a little worse.
 class DelayBuffer {
@@ -41,7 +41,8 @@ class DelayBuffer {
   void enter();
   /// The best cell, which leaves. Its last uses are those of the new order. Not if empty; valid until next().
   const DelayedCell& take();
-  /// Word that no cell to come has the point. False: none that waits has it either.
+  /// Notes that no cell to come has the point. False: none that waits has it either, so that the end is to be
+  /// told otherwise.
   bool end(uint64_t number);
 
  private:
@@ -54,7 +55,7 @@ class DelayBuffer {
     uint32_t faces_waiting = 0;
     uint32_t older = none, younger = none;
   };
-  /// Of cells that wait (two at most), and whether one that is gone has it.
+  /// The cells that wait with this face (two at most), and whether one that is gone has it.
   struct Face {
     std::array<uint32_t, 2> place{none, none};
     uint64_t point = 0;
@@ -64,6 +65,7 @@ class DelayBuffer {
     uint32_t cells = 0;  ///< that wait
     bool ended = false;
   };
+  /// An entry of the heap; out of date as soon as the cell has another number of waiting faces, or is gone.
   struct Candidate {
     uint32_t faces;
     uint64_t rank;

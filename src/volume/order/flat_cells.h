@@ -17,7 +17,8 @@ namespace maille {
 
 inline constexpr uint32_t nothing = 0xffffffff;
 
-/// A number below `count`, each as probable as any other.
+/// A number below `count`, each as probable as any other. Numbers of more than 12 bits are told in two parts,
+/// as a coder divides a range into 2^16 at most. `count` is above 0. docs/format.md, 16.10, "Left over".
 template <class Coder>
 uint64_t code_uniform(Coder& coder, uint64_t value, uint64_t count) {
   // The first 12 bits with their share of 2^16, the rest as it is; among the last ones, if fewer, again.
@@ -32,12 +33,14 @@ uint64_t code_uniform(Coder& coder, uint64_t value, uint64_t count) {
     } else {
       const uint32_t slot = coder.peek(16, 0);
       digit = slot * digits >> 16;
+      // The quotient may be too small by one part, because begins of parts are rounded down.
       while (begin_of(digit + 1) <= slot) ++digit;
       coder.advance(begin_of(digit), begin_of(digit + 1) - begin_of(digit), 16, 0);
     }
     base += digit << rest;
     count -= digit << rest;
     if (rest == 0) return base;
+    // The last digit stands for fewer numbers than the others: among these one goes on.
     if (count < uint64_t{1} << rest) continue;
     const uint64_t low = (value - base) & ((uint64_t{1} << rest) - 1);
     const unsigned upper = rest > 10 ? rest - 10 : 0;
@@ -48,7 +51,7 @@ uint64_t code_uniform(Coder& coder, uint64_t value, uint64_t count) {
 }
 
 /// Which of many things are left, so that one of them costs log2 of how many: bits, and sums of them (Fenwick
-/// 1994).
+/// 1994). All operations take log steps. At most 2^32 things.
 class Remaining {
  public:
   explicit Remaining(uint64_t count) : bits_(count / 64 + 1), sums_(count / 64 + 2), count_(count) {
@@ -59,6 +62,7 @@ class Remaining {
       if (i + (i & -i) < sums_.size()) sums_[i + (i & -i)] += sums_[i];
     }
   }
+  /// Safe for any number.
   bool has(uint64_t i) const { return i / 64 < bits_.size() && (bits_[i / 64] >> i % 64 & 1) != 0; }
   uint64_t count() const { return count_; }
   void remove(uint64_t i) {
@@ -66,6 +70,7 @@ class Remaining {
     --count_;
     for (size_t at = i / 64 + 1; at < sums_.size(); at += at & -at) --sums_[at];
   }
+  /// Codes one of those that are left, by its rank; the caller removes it. There must be one.
   template <class Coder>
   uint64_t code(Coder& coder, uint64_t which) const {
     uint64_t rank = Coder::encoding ? rank_of(which) : 0;
@@ -74,12 +79,14 @@ class Remaining {
   }
 
  private:
+  /// How many are left below i.
   uint64_t rank_of(uint64_t i) const {
     uint64_t rank =
         static_cast<uint64_t>(__builtin_popcountll(bits_[i / 64] & ((uint64_t{1} << i % 64) - 1)));
     for (size_t at = i / 64; at > 0; at -= at & -at) rank += sums_[at];
     return rank;
   }
+  /// Inverse: down the tree of sums, then bit by bit in a word.
   uint64_t find(uint64_t rank) const {
     size_t word = 0;
     for (size_t step = top_; step > 0; step /= 2) {
@@ -96,7 +103,9 @@ class Remaining {
   size_t top_ = 1;
 };
 
-/// The cells of all blocks as slices of one list of points, and the cells around each point.
+/// The cells of all blocks as slices of one list of points, and the cells around each point, in the order of
+/// cells, in a cell in that of nodes: about 12 bytes a node. That order is part of the format of orders
+/// (16.10).
 class FlatCells {
  public:
   struct Use {
@@ -104,6 +113,7 @@ class FlatCells {
     uint32_t node;
   };
 
+  // All cells have shapes. Counts first, then sums, then the uses at their places: no list grows.
   FlatCells(const std::vector<CellBlock>& blocks, uint64_t points) : around_(points + 1) {
     for (const CellBlock& block : blocks) add(block);
     begin_.push_back(nodes_.size());
@@ -144,7 +154,8 @@ class FlatCells {
     }
   }
 
-  /// Looking up where the nodes of a cell begin is one miss of the cache more for each cell.
+  /// Drops the list of begins where all cells have as many nodes: looking up where the nodes of a cell begin
+  /// is one miss of the cache more for each cell.
   void drop_even_begins() {
     if (kinds_.empty()) return;
     const uint64_t each = begin_[1];
@@ -163,11 +174,13 @@ class FlatCells {
   std::vector<Use> uses_;
 };
 
+/// Values in classes of contexts: exact below 4, then by number of bits.
 inline uint32_t size_class(uint64_t value) {
   return value < 4 ? static_cast<uint32_t>(value) : 2 + bit_length(value);
 }
 
-/// Things of which each is listed once, with how often it was met.
+/// Things of which each is listed once, with how often it was met, in the order in which they were met first.
+/// Only the first `Most` are listed; clearing costs as much as is listed, not the range.
 template <size_t Most>
 class MetList {
  public:
@@ -202,7 +215,8 @@ class MetList {
   size_t count_ = 0;
 };
 
-/// Calls visit(point) for the points that an edge joins to one, or else those that share a cell with it.
+/// Calls visit(point) for the points that an edge joins to one, or else those that share a cell with it
+/// (itself included), of at most 48 cells around it.
 template <class Visit>
 void for_each_beside(const FlatCells& cells, uint32_t point, bool joined, Visit visit) {
   const auto all = cells.around(point);

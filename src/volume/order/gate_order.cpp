@@ -14,8 +14,9 @@ unsigned corners_of(const CellFace& face) {
   return corners;
 }
 
-/// Hexahedra go on with the axes of the one at whose gate they come, which positions are predicted by (canewt
-/// takes 4 % more otherwise). Others come by the lowest face that a turn allows.
+/// The turn by which a cell comes best. Hexahedra go on with the axes of the one at whose gate they come,
+/// which positions are predicted by (canewt takes 4 % more otherwise). Others come by the lowest face that a
+/// turn allows, with the corner that was told; of equals the first turn.
 uint8_t best_turn(unsigned kind, FaceCorner own, unsigned gate_kind, FaceCorner gate) {
   const CellShape& shape = cell_shapes[kind];
   const auto turns = turns_of(shape.type);
@@ -27,6 +28,7 @@ uint8_t best_turn(unsigned kind, FaceCorner own, unsigned gate_kind, FaceCorner 
     while (turns[i].face[f] != own.face) ++f;
     const CellFace& face = shape.face[f];
     while (k < face.size && turns[i].corner[face.corner[k]] != own.corner) ++k;
+    // f ^ 1 is the opposite face (cell_shape.cpp), and the corner must be the one across the gate's.
     const bool goes_on = axes && f == (gate.face ^ 1u) && 1u << face.corner[k] == there;
     const unsigned rank = goes_on ? 0 : 1 + 4 * f + k;
     if (rank < lowest) lowest = rank, best = i;
@@ -34,7 +36,8 @@ uint8_t best_turn(unsigned kind, FaceCorner own, unsigned gate_kind, FaceCorner 
   return static_cast<uint8_t>(best);
 }
 
-/// The gates of one block as the coder has them: each cell adds its faces behind those that wait.
+/// The gates of one block as the coder has them: each cell adds its faces behind those that wait, in the
+/// order of faces as it is turned.
 class GatesOfBlock {
  public:
   /// `turns`: of each cell, to be found; or none.
@@ -48,6 +51,7 @@ class GatesOfBlock {
         turns_(turns) {
     waiting_.reserve(block.size());
   }
+  /// A gate whose cell has come meanwhile is passed over, as it is closed then.
   void go_through() {
     size_t first = 0;
     for (uint32_t start = 0; start < block_.size(); ++start) {
@@ -87,7 +91,7 @@ class GatesOfBlock {
     found_.borders.push_back(static_cast<uint8_t>(border));
   }
 
-  /// The first corner of the gate, as that cell is turned, comes first.
+  /// How the cell at a gate is turned: the first corner of the gate, as that cell is turned, comes first.
   uint8_t turn_at(Gate gate, uint32_t cell) const {
     const unsigned there = kind_at(gate.cell), kind = kind_at(cell);
     const CellTurn* const turn = turn_of(gate.cell);

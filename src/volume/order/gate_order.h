@@ -10,7 +10,7 @@ namespace maille {
 /// By block and cell, which of turns_of() its type; blocks and lists that are empty have none turned.
 using CellTurns = std::vector<std::vector<uint8_t>>;
 
-/// The points of a cell, turned if it is; then in `room`.
+/// The points of a cell, turned if it is; then in `room`, which the result refers to.
 inline std::span<const uint32_t> turned_points(const CellBlock& block, uint64_t cell,
                                                std::span<const uint8_t> turns,
                                                std::array<uint32_t, most_corners>& room) {
@@ -28,12 +28,15 @@ struct GateOrder {
   CellTurns turns;
 };
 
-/// For meshes whose cells all have shapes. Cells of each block go from gate to gate, so that none must tell
-/// where it is; blocks without polygons and solids come in the order of the front. `turned`: cells are turned
-/// so that they come to their gates alike.
+/// The order at gates, for meshes whose cells all have shapes. Cells of each block go from gate to gate, so
+/// that none must tell where it is; blocks without polygons and solids come in the order of the front.
+/// `turned`: cells are turned so that they come to their gates alike. Gates instead of the front take
+/// connectivity of tetrahedra from 5.5 to 7.7 down to 4.1 to 6.5 bits (docs/history.md).
+/// It must keep the gates exactly as Gates does when the cells are coded: another order would still be coded
+/// right, but each cell at another than the first gate costs several decisions more.
 GateOrder gate_order(const Mesh& mesh, bool turned);
 
-/// Has a block cells with a shape of at least so many dimensions?
+/// Whether a block has cells with a shape of at least so many dimensions.
 bool has_cells_of(const CellBlock& block, unsigned dimension);
 
 }  // namespace maille

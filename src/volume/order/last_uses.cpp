@@ -13,7 +13,8 @@ namespace {
 
 constexpr CellType no_type = CellType{0};
 
-/// With a bit each: a quarter of the memory, at least something, and whole words.
+/// How many points a pass looks at, with a bit each: a quarter of the memory, at least 8,192 points, and
+/// whole words.
 uint64_t most_points_of(const WorkingSpace& space) {
   return std::max<uint64_t>(working_memory(space) / 4, 1024) / 8 * 64;
 }
@@ -46,6 +47,8 @@ Result<LastUses> LastUses::find(MeshSource& mesh, const WorkingSpace& space, con
   return uses;
 }
 
+/// One range of points. The first pass writes flags, later ones add theirs; the bits in the end tell points
+/// without cells.
 Result<> LastUses::pass(MeshSource& mesh, uint64_t first_point, uint64_t points, Executor& executor) {
   const MeshDescription& description = mesh.description();
   std::vector<uint64_t> seen((points + 63) / 64);
@@ -79,7 +82,7 @@ void LastUses::note_types(const CellPiece& cells) {
   }
 }
 
-/// What each block of cells adds to the points of a range that are in use.
+/// Finds what each block of cells adds to the points of a range that are in use.
 Result<> LastUses::count_in_use(MeshSource& mesh, uint64_t first_point, uint64_t points,
                                 std::vector<int64_t>& changes) {
   std::vector<bool> in_use(points);
@@ -89,6 +92,7 @@ Result<> LastUses::count_in_use(MeshSource& mesh, uint64_t first_point, uint64_t
     const uint64_t first = block * step;
     MAILLE_CHECK(mesh.read_cells(first, std::min(step, mesh.description().cells - first), cells));
     MAILLE_CHECK(read(block, cells.connectivity.size(), last));
+    // A point may come several times in a cell, at all of which it has its last use: only the first counts.
     for (size_t i = 0; i < last.size(); ++i) {
       const uint64_t point = cells.connectivity[i] - first_point;
       if (point >= points) continue;
@@ -110,10 +114,13 @@ Result<uint64_t> LastUses::most_in_use(MeshSource& mesh, const WorkingSpace& spa
   return static_cast<uint64_t>(most);
 }
 
+/// Flags of one block for a range. Eight entries at a time, as a byte of flags may get bits of two such
+/// groups.
 Result<> LastUses::mark(uint64_t block, const CellPiece& cells, uint64_t first_point,
                         std::vector<uint64_t>& seen) {
   bits_.assign((cells.connectivity.size() + 7) / 8, std::byte{});
   if (first_point == 0) {
+    // Blocks come from the last to the first, so that flags lie in the file the other way round.
     begins_[block] = flags_.size();
   } else {
     MAILLE_CHECK(flags_.read_at(begins_[block], bits_));
@@ -154,6 +161,7 @@ Result<> LastUses::read(uint64_t block, size_t corners, std::vector<uint8_t>& fl
   return {};
 }
 
+/// In pieces of 256 K bits, as all bits may be more than memory.
 Result<std::vector<uint64_t>> LastUses::unused(uint64_t first) {
   constexpr uint64_t words_at_once = 4096;
   std::vector<uint64_t> found, words;

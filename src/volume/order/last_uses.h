@@ -10,13 +10,15 @@ namespace maille {
 
 /// Which entries of a mesh's connectivity are the last use of their point, found out of core: the cells are
 /// read backwards, with a bit for each point that was seen; where the bits of all points are too many, once
-/// for each range of points that fits. The flags, a bit for each entry, are in a temporary file.
+/// for each range of points that fits. The flags, a bit for each entry, are in a temporary file: a hexahedron
+/// takes one byte of disk.
 class LastUses {
  public:
   /// Cells whose flags are read at once.
   static constexpr uint64_t step = 4096;
 
-  /// Cells are read while those behind them are looked at.
+  /// Finds all flags. Cells are read while those behind them are looked at. Errors: those of reading `mesh`,
+  /// write_failed, cancelled.
   static Result<LastUses> find(MeshSource& mesh, const WorkingSpace& space, const EncodeOptions& options);
 
   /// Flags of the cells from step * `block` on, which have so many corners.
@@ -27,7 +29,8 @@ class LastUses {
   /// Points that no cell uses, from `first` on, ascending, some thousand of them at most; none: there are no
   /// more.
   Result<std::vector<uint64_t>> unused(uint64_t first);
-  /// How many points were used and will be used again, at most, as counted after each block of cells.
+  /// How many points were used and will be used again, at most, as counted after each block of cells: within
+  /// a block it may be more. It takes a pass over the cells for each range of points.
   Result<uint64_t> most_in_use(MeshSource& mesh, const WorkingSpace& space);
 
  private:

@@ -5,7 +5,8 @@
 namespace maille {
 
 /// For each point those that an edge joins to it, and in how many cells: found for all at once, as each is
-/// asked for four times.
+/// asked for four times. At most 48 cells around a point are looked at, so that memory is bounded by the
+/// cells.
 class Joined {
  public:
   using List = MetList<48 * 7>;  // 48 cells with up to 7 neighbours of a corner
@@ -34,7 +35,9 @@ class Joined {
 
 /// Points in the order of the input: mostly one next to the last, else any of those left. Mesh generators
 /// often write all points on the surface behind (or before) all others: those left are of two kinds, and
-/// which one comes is told first.
+/// which one comes is told first. (Border points before inner ones: 8.84 to 8.35 bits a hexahedron;
+/// candidates beside three earlier points, too: 8.30. docs/history.md, "Numbering of HexaLab-type files".)
+/// docs/format.md, 16.10, "Points".
 template <class Coder>
 class PointOrder {
  public:
@@ -56,7 +59,8 @@ class PointOrder {
     }
   }
 
-  /// sequence[i]: the number in coded order of the input's point i. False: damaged.
+  /// Codes all points. sequence[i]: the number in coded order of the input's point i. False: damaged. Only
+  /// points that are left are ever found, so that what is decoded is a permutation.
   bool code(Coder& coder, std::vector<uint32_t>& sequence, uint64_t points) {
     for (uint64_t i = 0; i < points; ++i) {
       const uint32_t input = Coder::encoding ? sequence[i] : 0;
@@ -114,6 +118,7 @@ class PointOrder {
     return alone;
   }
 
+  /// One point that cells have; nothing: damaged.
   uint32_t code_one(Coder& coder, uint32_t point) {
     if (count_left() == 0) return nothing;
     find_joined();
@@ -122,6 +127,8 @@ class PointOrder {
     bool near = false;
     uint32_t chosen = nothing;
     if (Coder::encoding && last_ != nothing) {
+      // An encoder needs all candidates to know whether the point is one of them; a decoder looks for more
+      // only when the first ones were refused.
       find_others();
       chosen = candidates_.place_of(point);
       near = chosen < candidates_.size();
@@ -137,6 +144,7 @@ class PointOrder {
         sought = true;
       }
       const auto count = static_cast<uint32_t>(candidates_.size());
+      // All were refused: only a damaged stream does that.
       if (i == count) return nothing;
       const uint32_t candidate = candidates_[i].which;
       __builtin_prefetch(joined_points_.of(candidate).data());
@@ -150,6 +158,7 @@ class PointOrder {
     }
   }
 
+  /// Any of those left, each as probable as any other, of the kind that is told first.
   uint32_t code_left_over(Coder& coder, uint32_t point) {
     bool on_border = left_[0].count() == 0;
     if (!on_border && left_[1].count() != 0) {

@@ -1,6 +1,8 @@
 // Cells in an order that streams well, out of core: a distribution sort by the place of each cell on a curve
 // that fills space. A sample of places tells where to cut the curve, so that the cells of each part fit into
 // memory wherever the mesh is dense; each part then is read, sorted, and ordered as the front would meet it.
+// A shuffled mesh of a million hexahedra is coded within 34 MB so.
+// Everything is read twice (looked through, then distributed) and written twice (records, then columns).
 #include <maille/out_of_core.h>
 
 #include <algorithm>
@@ -21,7 +23,8 @@ namespace maille {
 namespace {
 
 constexpr uint64_t cells_at_once = 4096;
-/// Of a part, at once, into the file of records.
+/// Bytes of a part that are written at once into the file of records, at least: below, a write costs more
+/// than what it writes.
 constexpr uint64_t least_waiting = 1024;
 
 /// By block of the mesh, then along the curve.
@@ -33,7 +36,9 @@ struct CurvePlace {
   }
 };
 
-/// The place of a cell on the curve: that of the middle between two of its points.
+/// The place of a cell on the curve: that of the middle between two of its points. Two are enough for an
+/// order, and each point read may cost a page of the source; the first and the last but one are opposite
+/// corners of quads and hexahedra.
 class CellPlaces {
  public:
   CellPlaces(MeshSource& mesh, uint64_t memory)
@@ -54,6 +59,8 @@ class CellPlaces {
     }
     double widest = 0;
     for (unsigned c = 0; c < 3; ++c) widest = std::max(widest, high_[c] - low_[c]);
+    // 2^20 - 1 steps along the longest side: 60 bits for three of them. Boxes too wide for that, and those of
+    // a single point, have one place for all.
     scale_ = widest > 0 && widest < 1e300 ? 1048575.0 / widest : 0;
     return {};
   }
@@ -73,6 +80,7 @@ class CellPlaces {
   }
 
  private:
+  // Points whose numbers are not finite are somewhere: at 0.
   std::array<double, 3> position(const std::byte* bytes) const {
     std::array<double, 3> at{};
     for (unsigned c = 0; c < 3; ++c) {
@@ -98,7 +106,8 @@ class CellPlaces {
   double scale_ = 0;
 };
 
-/// A cell on its way to its part: this, its points, sizes of its faces if it is a polyhedron, its values.
+/// A cell on its way to its part. In memory and in the file the head is followed by its points, the sizes of
+/// its faces if it is a polyhedron, and its values; all in units of eight bytes, so that heads stay aligned.
 struct RecordHead {
   uint64_t block, key, cell;
   uint64_t type_and_nodes;  ///< nodes * 256 + type
@@ -133,6 +142,7 @@ class ReorderedSource final : public MeshSource {
     size_t array;
     size_t size;
   };
+  /// Cells whose places are between two cuts. `pieces`: begin and size in the file of records.
   struct Part {
     std::vector<std::byte> waiting;                     ///< records that are not in the file yet
     std::vector<std::pair<uint64_t, uint64_t>> pieces;  ///< places of those that are
@@ -156,11 +166,11 @@ class ReorderedSource final : public MeshSource {
   size_t record_bytes(const RecordHead& head) const {
     return sizeof(RecordHead) + ((head.nodes() + head.faces) * 8 + values_size_ + 7) / 8 * 8;
   }
-  /// What a cell takes while its part is put in order: 270 bytes a hexahedron, measured.
+  /// What a cell takes in bytes while its part is put in order: 270 for a hexahedron, measured.
   uint64_t bytes_per_cell() const {
     return 110 + 22 * (description().corners / std::max<uint64_t>(description().cells, 1)) + values_size_;
   }
-  /// Parts come a quarter larger than planned where the sample is thin.
+  /// Cells of a part. Parts come a quarter larger than planned where the sample is thin.
   uint64_t part_cells() const { return std::max<uint64_t>(memory_ / 5 * 4 / bytes_per_cell(), 64); }
   Result<> check_memory() const;
 
@@ -196,9 +206,10 @@ Result<> ReorderedSource::visit_cells(const Progress& progress, const char* stag
   return {};
 }
 
-/// Where parts begin, by a sample of places.
+/// Finds where parts begin, by a sample of places: quantiles of it.
 Result<> ReorderedSource::cut(CellPlaces& places, const Progress& progress) {
   const uint64_t cells = description().cells, parts = cells / part_cells() + 1;
+  // Some 2,000 places a part: the share of a part then varies by 2 % (1 / sqrt(2000)).
   // Enough for parts that are a few per cent larger than planned.
   const uint64_t most = std::clamp<uint64_t>(memory_ / 8 / sizeof(CurvePlace), 1 << 14, 1 << 18);
   const uint64_t wanted = std::clamp<uint64_t>(2000 * parts, 1 << 14, most);
@@ -226,8 +237,9 @@ Result<> ReorderedSource::cut(CellPlaces& places, const Progress& progress) {
   return {};
 }
 
-/// Records of all parts wait side by side. A front of cells that fill space is as large as their number to
-/// the power of two thirds, at least.
+/// Refuses what cannot be done. Records of all parts wait side by side: n cells in parts of m need n / m *
+/// least_waiting * 4 bytes for the records and m * bytes_per_cell for a part, which is least where both are
+/// equal. A front of cells that fill space is as large as their number to the power of two thirds, at least.
 Result<> ReorderedSource::check_memory() const {
   const auto cells = static_cast<double>(description().cells);
   const double parts = std::sqrt(cells * static_cast<double>(bytes_per_cell() * least_waiting * 4) * 5 / 4);
@@ -242,6 +254,7 @@ Result<> ReorderedSource::flush(Part& part) {
   return {};
 }
 
+/// Packs a cell into its part; what waits is written before it would exceed its share.
 Result<> ReorderedSource::put(Part& part, const RecordHead& head, const CellPiece& piece, uint64_t row) {
   const size_t at = part.waiting.size();
   if (part.waiting.capacity() == 0) part.waiting.reserve(waiting_bytes_);
@@ -278,6 +291,7 @@ Result<> ReorderedSource::distribute(CellPlaces& places, const Progress& progres
   });
 }
 
+/// All records of a part; what it held in memory is let go of.
 Result<std::vector<std::byte>> ReorderedSource::load(Part& part) {
   std::vector<std::byte> bytes;
   size_t total = 0;
@@ -292,6 +306,8 @@ Result<std::vector<std::byte>> ReorderedSource::load(Part& part) {
   return bytes;
 }
 
+/// Appends a cell to what comes out. Of every 4,096th cell it is noted where its corners begin, as sizes
+/// differ.
 Result<> ReorderedSource::append(const RecordHead& head) {
   if (cells_ % cells_at_once == 0) {
     begins_.push_back(corners_);
@@ -318,7 +334,8 @@ Result<> ReorderedSource::append(const RecordHead& head) {
   return {};
 }
 
-/// Cells of one block and one part, in the order of the front. The points are numbered anew for that.
+/// Puts cells of one block and one part into the order of the front. The points are numbered anew for that,
+/// as front_order() works on 32 bits.
 Result<> ReorderedSource::order_run(std::span<const RecordHead* const> run) {
   std::vector<uint64_t> points;
   for (const RecordHead* head : run)
@@ -334,6 +351,7 @@ Result<> ReorderedSource::order_run(std::span<const RecordHead* const> run) {
     block.connectivity[i] =
         static_cast<uint32_t>(std::lower_bound(sorted.begin(), sorted.end(), points[i]) - sorted.begin());
   }
+  // front_order() takes most of the memory of a part.
   points = {};
   sorted = {};
   for (const RecordHead* head : run) {
@@ -352,6 +370,7 @@ Result<> ReorderedSource::order_part(Part& part) {
     heads.push_back(head);
     at += record_bytes(*head);
   }
+  // By number at last, so that the order is total.
   std::sort(heads.begin(), heads.end(), [](const RecordHead* a, const RecordHead* b) {
     if (a->block != b->block) return a->block < b->block;
     return a->key != b->key ? a->key < b->key : a->cell < b->cell;
@@ -396,6 +415,7 @@ Result<> ReorderedSource::sort(const Progress& progress) {
   return {};
 }
 
+/// Cells from the group that `first` is in are counted up to it: at most 4,095 sizes more are read.
 Result<> ReorderedSource::read_cells(uint64_t first, uint64_t count, CellPiece& out) {
   out.offsets.assign(1, 0);
   if (count > cells_ || first > cells_ - count)
@@ -447,9 +467,12 @@ Result<std::unique_ptr<MeshSource>> reordered(MeshSource& mesh, const WorkingSpa
   return std::unique_ptr<MeshSource>(std::move(source));
 }
 
+/// Bits that connectivity takes a cell in the order of the input, by the first 32,768 cells: what tells
+/// whether an order is worth changing.
 Result<double> incoherence(MeshSource& mesh) {
   constexpr uint64_t most_cells = 32768;
-  // Of cells in no order fewer tell as much, as each takes all its points.
+  // Of cells in no order fewer tell as much, as each takes all its points into memory: no more than 65,536
+  // points in use are looked at.
   constexpr uint32_t most_points = 65536;
   const uint64_t cells = std::min(mesh.description().cells, most_cells);
   RangeEncoder topology, numbers;

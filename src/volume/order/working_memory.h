@@ -9,12 +9,14 @@
 
 namespace maille {
 
-/// For tables, pages and parts, in all.
+/// What tables, pages and parts may take in all: what was asked for, or what the limit leaves beside the
+/// process itself.
 inline uint64_t working_memory(const WorkingSpace& space) {
   return std::min(space.memory, space.limit - std::min(space.limit, WorkingSpace::of_process));
 }
 
-/// What the process takes with `bytes` more. memory_bound, where that is above the limit.
+/// Checks a limit before any work is done. Error: memory_bound, where what the process takes with `bytes`
+/// more is above the limit; `why` begins the sentence.
 inline Result<> check_limit(const WorkingSpace& space, uint64_t bytes, const std::string& why) {
   const uint64_t least = WorkingSpace::of_process + bytes;
   if (least <= space.limit) return {};

@@ -248,8 +248,7 @@ class MeshCollector {
 };
 
 /// A file may claim any size. So room is made for so many bytes for each of its own, and in all, at most: the
-/// rest grows as it comes, as does what is beyond in regular meshes, whose files are the smallest. 64 bytes
-/// for each byte of a file is what most meshes are above; 128 MiB is what any machine has.
+/// rest grows as it comes, as does what is beyond in regular meshes, whose files are the smallest.
 constexpr uint64_t reserved_per_byte = 64, most_reserved = uint64_t{128} << 20;
 
 /// Opens files whose order stands apart, too: MeshCollector restores it.
