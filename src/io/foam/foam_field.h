@@ -12,25 +12,27 @@
 namespace maille {
 
 // Fields of a case of OpenFOAM ("0.1/p"): text, and lists of values in it, as text or in binary. A mesh keeps
-// the values as an array and the text around them as metadata, in which a mark stands for each list.
+// the values as an array and the text around them as metadata, in which a mark stands for each list. So a
+// field comes back with its boundary conditions, units and comments as they were.
 
-/// What an OpenFOAM class of fields holds values of.
+/// What an OpenFOAM class of fields holds values of, and how many numbers each has.
 struct FoamFieldKind {
   enum class Place : uint8_t { cells, faces, points };
   Place place = Place::cells;
   uint32_t components = 1;
 };
-/// Of "volScalarField", "surfaceVectorField", "pointTensorField", "volScalarField::Internal"; nothing for
-/// others.
+/// The kind of "volScalarField", "surfaceVectorField", "pointTensorField", "volScalarField::Internal";
+/// nothing for others.
 std::optional<FoamFieldKind> foam_field_kind(std::string_view type);
 
-/// Numbers of a value of "scalar", "vector" ..., "label" or "bool"; 0 for others.
+/// How many numbers a value of "scalar", "vector" ..., "label" or "bool" has; 0 for others.
 uint32_t foam_components(std::string_view type);
 
 /// "scalar" of "volScalarField"; empty for other classes.
 std::string_view foam_list_type(std::string_view type);
 
-/// "uniform X", or a list of values, as it stands in the text of a field.
+/// "uniform X", or a list of values, as it stands in the text of a field. All places are offsets into the
+/// text.
 struct FoamValues {
   std::string patch;  ///< empty: those of the field itself
   std::string entry;  ///< "value"; empty: those of the field itself
@@ -51,7 +53,8 @@ struct FoamPatchText {
   size_t begin = 0, end = 0;  ///< in the text, from the name to behind the closing brace
 };
 
-/// The text of a field, taken apart as far as lists ask for it.
+/// The text of a field, taken apart as far as lists ask for it. `text` is a view of the file, which must
+/// stay.
 struct FoamField {
   std::string name;  ///< of the file, for messages
   std::string_view text;
@@ -80,14 +83,15 @@ inline constexpr char foam_list_mark = '@';
 /// lies in it. Error: malformed_input, with the line.
 Result<FoamField> scan_foam_field(std::string_view text, const std::string& name);
 
-/// Reads the values of a field one after the other. For lists as long as they say, and uniform values.
+/// Reads the values of a field one after the other, in the form of the file. For lists as long as they say,
+/// and uniform values, which repeat without end.
 class FoamValueReader {
  public:
   FoamValueReader(const FoamField& field, const FoamValues& values);
   uint32_t components() const { return components_; }
   /// The next value: `components()` numbers of type `field.scalar()`. Error: malformed_input.
   Result<> next(std::byte* out);
-  /// Behind the last one of a list.
+  /// Call this behind the last value of a list: malformed_input where more follows.
   Result<> end();
   /// Of the numbers so far, the most significant digits that one was written with.
   int digits() const { return digits_; }

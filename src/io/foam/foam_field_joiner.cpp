@@ -14,7 +14,7 @@ namespace {
 using Part = FoamProcessors::Part;
 constexpr uint64_t nobody = ~uint64_t{0};
 
-/// Values of a part, and the place of each in the whole list; nobody: in none.
+/// The values of a part, and the place of each in the whole list; nobody: in none.
 struct Piece {
   const FoamField* field = nullptr;
   const FoamValues* values = nullptr;
@@ -23,12 +23,14 @@ struct Piece {
   std::string_view text() const { return field->text.substr(values->begin, values->end - values->begin); }
 };
 
+/// A stretch of a text and what replaces it.
 struct Edit {
   size_t begin = 0, end = 0;
   std::string text;
 };
 
-/// A stretch of a text with some of it replaced; edits in their order.
+/// A stretch of a text with some of it replaced; edits come in their order and do not overlap. Those outside
+/// are passed over.
 std::string edited(std::string_view text, size_t begin, size_t end, const std::vector<Edit>& edits) {
   std::string out;
   for (const Edit& edit : edits) {
@@ -40,7 +42,7 @@ std::string edited(std::string_view text, size_t begin, size_t end, const std::v
   return out += text.substr(begin, end - begin);
 }
 
-/// The last one counts.
+/// The values of an entry. Where it is there more than once the last one counts, as with OpenFOAM.
 const FoamValues* find_values(const std::vector<FoamValues>& values, const std::string& patch,
                               const std::string& entry) {
   const auto at = std::find_if(values.rbegin(), values.rend(),
@@ -60,14 +62,15 @@ const FoamPatch* find_patch(std::span<const FoamPatch> patches, const std::strin
   return at == patches.end() ? nullptr : &*at;
 }
 
-/// Lists in dictionaries of a patch's dictionary, which are of no known elements.
+/// Whether a patch's dictionary has lists in dictionaries of its own: which elements they are of is not
+/// known.
 bool has_inner_lists(const FoamField& field, const FoamPatchText& text) {
   return std::any_of(field.values.begin(), field.values.end(), [&](const FoamValues& v) {
     return v.patch.empty() && !v.uniform && v.begin >= text.begin && v.end <= text.end;
   });
 }
 
-/// "scalar" of a list, or by the numbers of a uniform value.
+/// The type of values: "scalar" of a list, or by the numbers of a uniform value.
 std::string type_of(const std::vector<Piece>& pieces) {
   for (const Piece& piece : pieces) {
     if (!piece.values->type.empty()) return piece.values->type;
@@ -96,6 +99,8 @@ void append_numbers(std::span<const std::byte> value, std::string& out) {
   if (count > 1) out += ')';
 }
 
+/// Joins one field. The text of one processor is taken as it is, and only values are replaced; what cannot be
+/// joined leaves the field out, with the first reason.
 class Join {
  public:
   Join(std::span<const Part> parts, const FoamFieldJoiner::Whole& whole, std::span<const FoamField> fields,
@@ -148,7 +153,8 @@ Result<> Join::collect_inside(size_t part, std::vector<Piece>& pieces) {
   return {};
 }
 
-/// Values of faces between processors, of the processor for which they are not turned.
+/// Collects the values of faces between processors, of the processor for which they are not turned: the other
+/// one has the same face with the other sign.
 Result<> Join::collect_between(size_t part, std::vector<Piece>& pieces) {
   const FoamProcessors::Numbers& numbers = parts_[part].numbers;
   for (const FoamPatch& patch : parts_[part].patches) {
@@ -178,7 +184,8 @@ Result<Piece> Join::of_patch(size_t part, const FoamPatch& patch, const FoamValu
   return piece;
 }
 
-/// Faces of a cyclic patch whose sides two processors have are in patches of their own.
+/// Collects the values of a patch of the whole mesh. Faces of a cyclic patch whose sides two processors have
+/// are in patches of their own, which refer to it.
 Result<std::vector<Piece>> Join::collect_patch(const FoamPatch& whole, const std::string& entry) {
   std::vector<Piece> pieces;
   for (size_t p = 0; p < parts_.size(); ++p) {
@@ -237,7 +244,7 @@ Result<std::string> Join::list_of(const std::vector<Piece>& pieces, uint64_t cou
   return text + ")";
 }
 
-/// Where one uniform value stays, the text says it.
+/// Replaces values by those of all processors. Where one uniform value stays, the text says it.
 Result<> Join::replace(const FoamValues& chosen, const std::vector<Piece>& pieces, uint64_t count,
                        std::vector<Edit>& edits) {
   const bool same = chosen.uniform && std::all_of(pieces.begin(), pieces.end(), [&](const Piece& piece) {
@@ -252,7 +259,8 @@ Result<> Join::replace(const FoamValues& chosen, const std::vector<Piece>& piece
   return {};
 }
 
-/// That of the first processor with faces of it, with the values of all. Empty: faces between processors.
+/// The text of a patch: that of the first processor with faces of it, with the values of all. Empty: faces
+/// between processors.
 Result<std::string> Join::patch_text(const FoamField& base, size_t base_part, const FoamPatchText& text) {
   const FoamPatch* const own = find_patch(parts_[base_part].patches, text.patch);
   if (own != nullptr && is_between_processors(*own)) return std::string();
@@ -295,7 +303,8 @@ Result<FoamFieldJoiner::Joined> Join::join() {
     MAILLE_CHECK(collect_inside(p, pieces));
     if (kind_.place == Place::faces) MAILLE_CHECK(collect_between(p, pieces));
   }
-  // The text of the first processor with values inside; of a field of no values, of the first one.
+  // The text is that of the first processor with values inside; of a field of no values, that of the first
+  // one.
   size_t base_part = 0;
   while (base_part + 1 < fields_.size() && find_values(fields_[base_part].values, "", "") == nullptr)
     ++base_part;

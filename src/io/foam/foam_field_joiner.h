@@ -12,7 +12,7 @@
 namespace maille {
 
 /// Puts the field that processors have parts of together to that of the whole mesh, as text: what
-/// reconstructPar would write, but for blanks.
+/// reconstructPar would write, but for blanks. Parts, whole and limits must outlive it.
 class FoamFieldJoiner {
  public:
   struct Whole {
@@ -26,7 +26,8 @@ class FoamFieldJoiner {
     std::string text;
     std::string left_out;  ///< why there is none
   };
-  /// Of a file in the folders of a time. Errors: cannot_read, malformed_input.
+  /// Joins a file in the folders of a time. Errors: cannot_read, malformed_input, memory_bound of a packed
+  /// file.
   Result<Joined> join(const std::string& time, const std::string& name) const;
   std::string first_folder(const std::string& time) const { return parts_[0].place.folder + "/" + time; }
 

@@ -16,12 +16,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Lists that are no values of cells or faces stay in the text.
+/// Text that is parsed as a dictionary. Lists that are no values of cells or faces stay in the text, which is
+/// metadata then. Chosen, not swept.
 constexpr uint64_t most_text_bytes = uint64_t{1} << 20;
-/// Faces inside of one cell: polyhedra have some dozens, half of them their own.
+/// The most faces inside that one cell may own, as each is a component of an array over all cells: polyhedra
+/// have some dozens, half of them their own. Chosen, not swept.
 constexpr uint64_t most_owned_faces_kept = 128;
 
-/// A file of a time, unpacked.
+/// A file of a time, unpacked, with what it is a view of.
 struct FieldFile {
   std::string path;
   std::unique_ptr<Source> source;
@@ -48,7 +50,7 @@ bool is_text(std::string_view text) {
   return text.find('\0') == std::string_view::npos;
 }
 
-/// "uniform $pressure;" and the like, put in by the reader of dictionaries: "uniform 5".
+/// The value of a text such as "uniform $pressure;", put in by the reader of dictionaries: "uniform 5".
 std::string expanded_value(const FoamField& field) {
   const auto file = parse_foam_text(field.text, field.name);
   const FoamDictionary::Entry* const entry = file ? file->dictionary.find("internalField") : nullptr;
@@ -65,7 +67,8 @@ bool is_literal(const FoamField& field, const FoamValues& values) {
 
 }  // namespace
 
-/// All fields of a time mostly begin with the same comment: it is kept once.
+/// The text without the comment that all fields of a time mostly begin with: it is kept once, and a mark
+/// stands for it.
 std::string FoamFieldReader::without_banner(std::string_view text) {
   const size_t end = text.starts_with("/*") ? text.find("*/\n") : std::string_view::npos;
   if (end == std::string_view::npos) return std::string(text);
@@ -104,7 +107,8 @@ Result<> FoamFieldReader::fill(const FoamField& field, const FoamValues& values,
   return reader.end();
 }
 
-/// Values of faces inside: the first, second ... face that a cell owns are its first, second ... components.
+/// Fills in values of faces inside: the first, second ... face that a cell owns are its first, second ...
+/// components. The order of faces (by owner) makes this reversible without a list of faces.
 Result<> FoamFieldReader::fill_owned(const FoamField& field, const FoamValues& values, Array& array,
                                      int& digits) const {
   FoamValueReader reader(field, values);
@@ -118,8 +122,9 @@ Result<> FoamFieldReader::fill_owned(const FoamField& field, const FoamValues& v
   return reader.end();
 }
 
-/// Where a patch says no value, its faces have that of their cells: so fields are seen on the surface of a
-/// mesh as ParaView sees them in a case, and cost little. Patches of type empty are as large as all cells.
+/// Gives faces of patches the values of their cells, where a patch says none: so fields are seen on the
+/// surface of a mesh as ParaView sees them in a case, and cost little. Patches of type empty are as large as
+/// all cells, and are left alone.
 void FoamFieldReader::put_at_patches(Array& array) const {
   const size_t size = array.tuple_size();
   for (const FoamPlaces::Patch& patch : places_.patches) {
@@ -148,11 +153,13 @@ Result<> FoamFieldReader::add_internal(const FoamField& field, const FoamValues&
   MAILLE_CHECK(kind.place == Place::faces ? fill_owned(field, values, array, digits)
                                           : fill(field, values, array, 0, there, digits));
   if (kind.place == Place::cells) put_at_patches(array);
+  // The digits with which the numbers were written, so that they come back with as many; 6 is OpenFOAM's
+  // default.
   internal_digits_ = field.binary ? "" : std::to_string(std::max(digits, 6));
   return {};
 }
 
-/// False: the list stays in the text.
+/// Puts the values of a patch into an array; false: the list stays in the text.
 Result<bool> FoamFieldReader::add_patch(const FoamField& field, const FoamValues& values,
                                         const FoamFieldKind& kind, size_t first_array, int& digits) {
   const FoamPlaces::Patch* const patch = places_.find(values.patch);
@@ -185,7 +192,7 @@ Result<bool> FoamFieldReader::add_patch(const FoamField& field, const FoamValues
 Result<> FoamFieldReader::add(const FoamField& field, const FoamFieldKind& kind, const std::string& name,
                               const std::string& time) {
   using Place = FoamFieldKind::Place;
-  // Of several the last one counts.
+  // Of several entries the last one counts.
   auto internal = field.values.end();
   for (auto values = field.values.begin(); values != field.values.end(); ++values) {
     if (!values->is_internal()) continue;
@@ -230,6 +237,7 @@ Result<> FoamFieldReader::add(const FoamField& field, const FoamFieldKind& kind,
     text += field.text.substr(done, end - done);
     done = end;
   };
+  // The header names the folder of the time; a mark keeps it right when the field is written at another one.
   if (field.location == time && field.location_begin > 0) {
     copy_to(field.location_begin);
     text += foam_list_mark;
@@ -244,7 +252,7 @@ Result<> FoamFieldReader::add(const FoamField& field, const FoamFieldKind& kind,
     done = list.end;
     text += std::string(" ") + foam_list_mark;
     if (!taken) {
-      // Nothing else of a binary file can be text.
+      // A list that is not taken: nothing of a binary file can be text but in base64.
       text += "base64:" +
               to_base64(std::as_bytes(std::span(field.text.substr(list.begin, list.end - list.begin))));
     } else if (!field.binary) {
@@ -262,6 +270,7 @@ Result<> FoamFieldReader::read_file(const std::string& folder, const std::string
   const FieldFile file = MAILLE_TRY(open_field(folder, name, limits_));
   const std::string plain = name.ends_with(".gz") ? name.substr(0, name.size() - 3) : name;
   std::string_view text = file.text();
+  // The header stands behind a banner; 4096 bytes hold both.
   const bool is_foam = text.substr(0, 4096).find("FoamFile") != std::string_view::npos;
   FoamFieldJoiner::Joined joined;
   if (is_foam && joiner_ != nullptr) {
@@ -274,7 +283,7 @@ Result<> FoamFieldReader::read_file(const std::string& folder, const std::string
   }
   const auto field = is_foam ? scan_foam_field(text, file.path) : Result<FoamField>(FoamField());
   const auto kind = field ? foam_field_kind(field->type) : std::nullopt;
-  // A template that is copied to the field's place has the field's name in it.
+  // A template that is copied to the field's place has the field's name in it, and is kept as text.
   const bool is_template = field && field->object != plain && plain.ends_with(".orig");
   if (!field) return tl::unexpected(field.error());
   if (kind && !is_template) return add(*field, *kind, plain, time);
@@ -303,7 +312,7 @@ Result<> FoamFieldReader::read(const std::string& case_folder, const FoamTime& t
   std::sort(names.begin(), names.end());
   for (const std::string& name : names) {
     const fs::path path = fs::path(folder) / name;
-    // decomposePar links the folder uniform of the whole case.
+    // decomposePar links the folder uniform to that of the whole case.
     if (fs::is_symlink(path, error) && !fs::exists(path, error)) {
       notes_.push_back(time.name + "/" + name + ": left out; it is a link that leads nowhere");
       continue;

@@ -16,6 +16,7 @@
 namespace maille {
 
 /// Adds the fields of one time to a mesh: arrays with their values, and metadata with the text around them.
+/// All it is given must outlive it.
 class FoamFieldReader {
  public:
   FoamFieldReader(const FoamPlaces& places, const Limits& limits, Budget& budget, Mesh& mesh,
@@ -25,8 +26,8 @@ class FoamFieldReader {
   /// Of a case that was divided: fields are those of the processors. It must outlive the reader.
   void set_joiner(const FoamFieldJoiner& joiner) { joiner_ = &joiner; }
 
-  /// Of a folder in the case. Errors: cannot_read, malformed_input with file and line, memory_bound,
-  /// unsupported (a mesh of its own).
+  /// Reads the files of a time's folder in the case, in the order of their names. Errors: cannot_read,
+  /// malformed_input with file and line, memory_bound, unsupported (a mesh of its own).
   Result<> read(const std::string& case_folder, const FoamTime& time);
 
  private:

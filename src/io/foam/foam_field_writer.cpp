@@ -16,8 +16,8 @@
 namespace maille {
 namespace {
 
-/// As OpenFOAM writes numbers with so many digits: the fewest that say the same, and an exponent where C's %g
-/// has one.
+/// Writes a number as OpenFOAM does with so many digits: the fewest that say the same, and an exponent where
+/// C's %g has one. Values are exact whatever `digits` is: it only decides on the form.
 template <class T>
 void put_general(BufferedWriter& out, T value, int digits) {
   char text[64];
@@ -34,12 +34,13 @@ void put_general(BufferedWriter& out, T value, int digits) {
   out.put(std::string_view(plain, static_cast<size_t>(behind - plain)));
 }
 
-/// Lists that OpenFOAM writes on one line.
+/// The most values of a list that OpenFOAM writes on one line.
 constexpr uint64_t short_list = 10;
 
 }  // namespace
 
-/// Tuples of an array, read some thousand at a time.
+/// Tuples of an array, read some thousand at a time: asked for in nearly rising order, so each is read about
+/// once.
 class FoamFieldWriter::Window {
  public:
   Window(MeshSource& mesh, size_t number)
@@ -66,6 +67,7 @@ class FoamFieldWriter::Window {
   std::vector<std::byte> bytes_;
 };
 
+/// A field while it is written: its text, and where its values are.
 struct FoamFieldWriter::Field {
   FoamField text;
   FoamFieldKind kind;
@@ -77,7 +79,7 @@ struct FoamFieldWriter::Field {
   /// Of uniform values: a text may repeat them without end, and each is held against all values.
   std::set<std::pair<std::string, std::string>> done = {};
 
-  /// Whether these are in `array`: those of points say nothing about faces of patches.
+  /// Whether the values of these are in `array`: those of points say nothing about faces of patches.
   bool has_values_at(const FoamValues& list) const {
     return list.is_internal() || (list.entry == "value" && kind.place != FoamFieldKind::Place::points);
   }
@@ -97,7 +99,7 @@ const FoamPatch* FoamFieldWriter::patch(const std::string& name) const {
   return nullptr;
 }
 
-/// Cells of the mesh that are faces of patches, and the most faces inside that a cell owns.
+/// Finds the cells of the mesh that are faces of patches, and the most faces inside that a cell owns. Once.
 Result<> FoamFieldWriter::find_patch_cells() {
   if (std::exchange(knows_patches_, true)) return {};
   uint64_t before = no_cell, owned = 0;
@@ -129,7 +131,7 @@ uint64_t FoamFieldWriter::count_of(const Field& field, const FoamValues& list) c
   return written_.inner;
 }
 
-/// Where the values of a list are in the arrays of the mesh.
+/// Calls f with the values of a list one after the other, wherever they are in the arrays of the mesh.
 Result<> FoamFieldWriter::for_each_value(const Field& field, const FoamValues& list, Window& values,
                                          const std::function<Result<>(const std::byte*)>& f) {
   const uint64_t count = count_of(field, list);
@@ -191,7 +193,8 @@ Result<> FoamFieldWriter::put_list(Field& field, const FoamValues& list, Window&
   return {};
 }
 
-/// Values that are all the same still, as the text says or another one; otherwise they are a list now.
+/// Writes a uniform value. It may be the same still, as the text says or another one; otherwise it is a list
+/// now.
 Result<> FoamFieldWriter::put_uniform(Field& field, const FoamValues& value) {
   const std::string_view text = field.text.text.substr(value.begin, value.end - value.begin);
   const bool repeats = !field.done.emplace(value.patch, value.entry).second;
@@ -244,7 +247,7 @@ Result<> FoamFieldWriter::put_values(Field& field, const FoamValues& list) {
   return put_list(field, list, values, std::clamp(digits, 1, 17));
 }
 
-/// Everything as it was, with the values in place of the marks.
+/// Writes the text as it was, with the values in place of the marks.
 Result<> FoamFieldWriter::put_field(Field& field) {
   const FoamField& text = field.text;
   size_t done = 0;
@@ -275,7 +278,7 @@ Result<> FoamFieldWriter::put_field(Field& field) {
   return {};
 }
 
-/// Code in a text that OpenFOAM would run.
+/// Remembers code in a text that OpenFOAM would run: a .maille file from anybody must not bring it unnoticed.
 void FoamFieldWriter::note_code(const std::string& path, const std::string& directive) {
   if (!directive.empty() && with_code_.size() < 8) with_code_.push_back(path + " (" + directive + ")");
 }
@@ -296,7 +299,7 @@ Result<> FoamFieldWriter::write_text(const std::string& path, const std::string&
 }
 
 /// Whether there is an array for every list, of numbers of the same type and with as many components. Texts
-/// come from files, which may say anything.
+/// come from files, which may say anything; without this check values would be read beyond their tuples.
 bool FoamFieldWriter::has_all_arrays(Field& field) const {
   const auto& arrays = field.values.description().arrays;
   const bool faces = field.kind.place == FoamFieldKind::Place::faces;
@@ -341,7 +344,7 @@ Result<> FoamFieldWriter::write_field(MeshSource& values, const std::string& nam
     notes_.push_back(path + ": left out; its arrays are not there, or not those of this mesh");
     return {};
   }
-  // Lists kept byte by byte are binary, and so is then the file; numbers of another width are text.
+  // Lists kept byte by byte are binary, and so must the file be; numbers of another width become text.
   const bool kept_bytes = text.find("base64:") != std::string::npos;
   const bool same_width = field.type == (scanned->single ? Scalar::f32 : Scalar::f64);
   field.ascii = !scanned->binary || (!kept_bytes && (ascii_ || (field.array && !same_width)));

@@ -16,7 +16,8 @@
 
 namespace maille {
 
-/// What stands where in a polyMesh that was written.
+/// What stands where in a polyMesh that was written: fields follow the order of cells and faces in the files,
+/// not that of the mesh.
 struct FoamWritten {
   uint64_t points = 0, inner = 0;
   FoamRuns cells;  ///< of a volume cell: its place among all cells of the mesh
@@ -26,7 +27,7 @@ struct FoamWritten {
   std::function<Result<>(const std::function<Result<>(const FoamFaceTable::Face&)>&)> visit;
 };
 
-/// Writes fields of times behind a polyMesh: those that metadata has the text of.
+/// Writes fields of times behind a polyMesh: those of which metadata has the text.
 class FoamFieldWriter {
  public:
   FoamFieldWriter(const FoamWritten& written, FolderSink& sink, bool ascii)
@@ -35,7 +36,7 @@ class FoamFieldWriter {
   /// Fields and texts of the time that `values` says it is of; those of the case with the first. Its points
   /// and cells are those of the mesh that was written. Errors: write_failed, those of `values`.
   Result<> write_time(MeshSource& values);
-  /// What could not be written. Once.
+  /// What could not be written, and what has code in it. Empties the lists.
   std::vector<std::string> take_notes();
 
  private:

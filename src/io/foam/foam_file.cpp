@@ -11,7 +11,7 @@ namespace maille {
 
 namespace {
 
-/// Each file of a case may be packed.
+/// The name under which a file is there: each file of a case may be packed.
 std::string name_in(const std::string& folder, const std::string& name) {
   const std::filesystem::path path = std::filesystem::path(folder) / name;
   std::error_code error;
@@ -42,8 +42,8 @@ Result<FoamReader> FoamReader::open(const std::string& folder, const std::string
   return file;
 }
 
-/// Lists of bytes, one for each processor. Only the first one begins with the header of the file that each
-/// of them is.
+/// Enters the block of one processor in a file of several: lists of bytes, one for each. Only the first one
+/// begins with the header of the file that each of them is.
 Result<> FoamReader::enter_block(uint64_t block) {
   if (class_ != "decomposedBlockData")
     return malformed("there should be a block of bytes for each processor");
@@ -103,7 +103,8 @@ void FoamReader::jump(uint64_t to) {
   more(most_word);
 }
 
-/// Begins the window here.
+/// Begins the window at the place where reading is; false: fewer bytes are left. An error of the source is
+/// remembered, and comes from malformed().
 bool FoamReader::move_window(size_t bytes) {
   const uint64_t here = position(), left = size_ - here;
   if (here + static_cast<uint64_t>(end_ - at_) < size_ && !unread_) {
@@ -158,6 +159,7 @@ Result<> FoamReader::labels(std::vector<int64_t>& out, Budget& budget) {
   const uint64_t count = MAILLE_TRY(begin_list(values));
   if (count == 0) return values ? end_list(values) : Result<>();
   if (values && count > size_) return malformed("a list is longer than the file");
+  // A repeated value makes a long list of few bytes, so the budget is asked before.
   MAILLE_CHECK(budget.take(count, sizeof(int64_t)));
   int64_t value = 0;
   if (!values) {
@@ -173,7 +175,7 @@ Result<> FoamReader::labels(std::vector<int64_t>& out, Budget& budget) {
   return end_list(values);
 }
 
-/// Blanks and comments; behind it there is a whole word or number, or the end.
+/// Skips blanks and comments; behind it there is a whole word or number, or the end.
 void FoamReader::skip() {
   for (;;) {
     while (at_ != end_ && TextScanner::is_white(*at_)) ++at_;
@@ -184,7 +186,7 @@ void FoamReader::skip() {
   }
 }
 
-/// False: there is none here. Goes through as many windows as it takes.
+/// Skips a comment; false: there is none here. Goes through as many windows as it takes.
 bool FoamReader::skip_comment() {
   if (end_ - at_ < 2 || (at_[1] != '/' && at_[1] != '*')) return false;
   const std::string_view ending = at_[1] == '/' ? "\n" : "*/";
@@ -195,7 +197,7 @@ bool FoamReader::skip_comment() {
       at_ += end + (ending.size() == 2 ? 2 : 0);
       return true;
     }
-    // The last character may be the first one of the ending.
+    // The last character may be the first one of the ending, so it stays in the window.
     const auto left = static_cast<size_t>(end_ - at_);
     at_ = left >= ending.size() ? end_ - (ending.size() - 1) : at_;
     if (more(ending.size())) continue;

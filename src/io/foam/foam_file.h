@@ -16,7 +16,9 @@
 
 namespace maille {
 
-/// One file of OpenFOAM: its header, and the lists behind it; text or binary. In memory, or through a window.
+/// One file of OpenFOAM: its header, and the lists behind it; text or binary. In memory, or through a window,
+/// by the same calls: before each the window holds a whole word, so no reading straddles its end. Reading
+/// functions return false where there is something else, and do not move then, but for blanks.
 class FoamReader {
  public:
   /// Mapped into memory, unpacked if it is packed with gzip. `block`: of a file of several processors
@@ -79,7 +81,7 @@ class FoamReader {
 
  private:
   static constexpr size_t window_bytes = size_t{64} << 10;
-  /// No number is longer, nor a name that means something.
+  /// What the window holds behind any place: no number is longer, nor a name that means something.
   static constexpr size_t most_word = 4096;
 
   static bool is_sign(char c) { return c == '(' || c == ')' || c == '{' || c == '}' || c == ';'; }

@@ -27,7 +27,8 @@ struct FoamToken {
   bool is(char c) const { return kind == Kind::punctuation && text[0] == c; }
 };
 
-/// Splits OpenFOAM's text into tokens: blanks and comments go. For dictionaries and for lists of any length.
+/// Splits OpenFOAM's text into tokens: blanks and comments go. For dictionaries; files of lists have
+/// FoamReader. Numbers are words that are numbers as a whole.
 class FoamLexer {
  public:
   explicit FoamLexer(std::string_view text, uint32_t file = 0)
@@ -35,7 +36,7 @@ class FoamLexer {
 
   /// The next token; `end` at the end. Error (malformed_input): what is open at the end, without a place.
   Result<FoamToken> next();
-  /// Text between '{' and its '}', if that comes next; for expressions.
+  /// The text between '{' and its '}', if that comes next; for expressions. Otherwise the next token.
   Result<FoamToken> braced();
   uint64_t line() const { return line_; }
   uint32_t file() const { return file_; }

@@ -9,7 +9,8 @@ namespace maille {
 
 /// Where in a mesh that was read from polyMesh values of OpenFOAM's fields go. Fields on cells: to the cells,
 /// values at patches to the faces of these, which are cells, too. Fields on faces: those inside go to the
-/// cell that owns them, one component (or more) for each; those of patches to the patches' faces.
+/// cell that owns them, one component (or more) for each; those of patches to the patches' faces. Spans point
+/// into the reader's lists.
 struct FoamPlaces {
   struct Patch {
     std::string name, type;
@@ -33,7 +34,8 @@ struct FoamPlaces {
   }
 };
 
-/// FoamPlaces::most_owned of faces inside with these cells on their sides.
+/// FoamPlaces::most_owned of faces inside with these cells on their sides. Only faces in OpenFOAM's order (by
+/// owner, then neighbour, owner below neighbour) can be found again by counting.
 inline uint64_t most_owned_faces(std::span<const uint64_t> owners, std::span<const uint64_t> neighbours) {
   uint64_t most = 0, owned = 0;
   for (size_t i = 0; i < owners.size(); ++i) {

@@ -36,7 +36,8 @@ std::string referred_patch(const FoamPatch& patch) {
 
 namespace {
 
-/// Decompositions have some ten thousands; each takes some bytes before its files are looked at.
+/// Decompositions have some ten thousands of processors; each takes some bytes here before its files are
+/// looked at, and the number is in a folder's name. Chosen, not swept.
 constexpr uint64_t most_processors = uint64_t{1} << 20;
 
 /// The numbers in "processors4_2-3", or "processors4", which has 0 to 3.
@@ -130,7 +131,8 @@ std::string foam_case_folder(const std::string& path) {
 
 namespace {
 
-/// decomposePar writes them; a mesher that runs in parallel makes meshes without.
+/// Whether a processor's mesh says where it is in the whole one. decomposePar writes such lists; a mesher
+/// that runs in parallel makes meshes without.
 bool has_numbers(const FoamPart& part) {
   std::error_code error;
   const std::string numbers = part.mesh() + "/pointProcAddressing";
@@ -183,7 +185,7 @@ Result<FoamProcessors::Numbers> FoamProcessors::read_numbers(const FoamPart& pla
   Numbers numbers;
   const std::string folder = place.mesh();
   const auto read = [&](const char* name, uint64_t count, std::vector<uint64_t>& out) -> Result<> {
-    // Each processor has some: together not more than a budget allows.
+    // Each processor has such lists: together they take no more than the budget allows.
     for (const int64_t label : MAILLE_TRY(read_list(place, name, count, budget))) {
       if (label < 0 || label > INT32_MAX)
         return malformed(folder + "/" + name + ": " + std::to_string(label) + " is no number in a mesh");
@@ -193,7 +195,7 @@ Result<FoamProcessors::Numbers> FoamProcessors::read_numbers(const FoamPart& pla
   };
   MAILLE_CHECK(read("pointProcAddressing", part.points.count(), numbers.points));
   MAILLE_CHECK(read("cellProcAddressing", part.cells, numbers.cells));
-  // The number plus one, negative where the face is turned.
+  // A face is its number plus one, negative where it is turned: 0 could have no sign.
   for (const int64_t label : MAILLE_TRY(read_list(place, "faceProcAddressing", part.ends.size(), budget))) {
     if (label == 0 || label > INT32_MAX || label < -INT32_MAX)
       return malformed(folder + "/faceProcAddressing: " + std::to_string(label) + " is no face and side");
@@ -203,6 +205,7 @@ Result<FoamProcessors::Numbers> FoamProcessors::read_numbers(const FoamPart& pla
   return numbers;
 }
 
+// Points that several processors have are written again, with the same values.
 Result<> FoamProcessors::add_points(const std::string& folder, const FoamLists& part, const Numbers& numbers,
                                     Budget& budget) {
   if (has_point_.empty() && part.points.count() > 0)
@@ -213,6 +216,7 @@ Result<> FoamProcessors::add_points(const std::string& folder, const FoamLists& 
   for (size_t i = 0; i < numbers.points.size(); ++i) {
     const uint64_t number = numbers.points[i];
     if (number >= has_point_.size()) {
+      // A number may be any: what lies below it takes memory, so the budget is asked.
       MAILLE_CHECK(budget.take(number + 1 - has_point_.size(), size + 1));
       has_point_.resize(number + 1);
       points_.resize(number + 1);
@@ -223,6 +227,7 @@ Result<> FoamProcessors::add_points(const std::string& folder, const FoamLists& 
   return {};
 }
 
+// A face between processors comes twice, once from either side, and so gets both its cells.
 Result<> FoamProcessors::add_faces(const std::string& folder, const FoamLists& part, const Numbers& numbers,
                                    Budget& budget) {
   for (size_t i = 0; i < numbers.faces.size(); ++i) {
@@ -316,7 +321,8 @@ Result<> FoamProcessors::add(const FoamPart& place, const FoamLists& part, Budge
   return {};
 }
 
-/// Faces of a patch follow each other, patches, too.
+/// Checks that faces of a patch follow each other, and patches, too, as OpenFOAM's order demands: a gap is a
+/// missing processor.
 Result<> FoamProcessors::check_patches() {
   uint64_t next = static_cast<uint64_t>(
       std::find_if(faces_.begin(), faces_.end(), [](const Face& face) { return face.neighbour == nobody; }) -
@@ -368,7 +374,7 @@ Result<FoamLists> FoamProcessors::finish() {
   return all;
 }
 
-/// By number; those between processors are in both.
+/// The elements of zones by zone and number; those between processors are in both, and once here.
 FoamProcessors::ZoneElements FoamProcessors::zones(const FoamZoneKind& kind) {
   const auto place = std::find(zone_kinds().begin(), zone_kinds().end(), &kind) - zone_kinds().begin();
   ZoneElements& zones = zones_[static_cast<size_t>(place)];

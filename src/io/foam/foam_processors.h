@@ -36,7 +36,8 @@ bool has_other_processors(const std::string& case_folder);
 /// The folder of the case that a path names, or of a file in it.
 std::string foam_case_folder(const std::string& path);
 
-/// What a folder "polyMesh" holds besides zones.
+/// What a folder "polyMesh" holds besides zones, checked as far as one file goes: points exist, cells are
+/// below twice the faces.
 struct FoamLists {
   Array points;
   std::vector<uint32_t> corners;
@@ -50,11 +51,14 @@ struct FoamLists {
 /// missing.
 Result<std::vector<FoamPart>> foam_processors_of(const std::string& case_folder);
 
-/// Puts the meshes of processors together to the one that was divided, in its order.
+/// Puts the meshes of processors together to the one that was divided, in its order. add() is called for
+/// each, by number, then finish(); then zones() and parts(). Memory is that of the whole mesh with a list for
+/// each face.
 class FoamProcessors {
  public:
   explicit FoamProcessors(const Limits& limits) : limits_(limits) {}
-  /// The next one. Errors: malformed_input, cannot_read.
+  /// Adds the next processor. Errors: malformed_input, for numbers that contradict those before; cannot_read;
+  /// memory_bound.
   Result<> add(const FoamPart& place, const FoamLists& part, Budget& budget);
   /// Error: malformed_input, for what no processor has.
   Result<FoamLists> finish();
@@ -66,7 +70,7 @@ class FoamProcessors {
   };
   ZoneElements zones(const FoamZoneKind& kind);
 
-  /// In the whole mesh, by element of a part.
+  /// The numbers in the whole mesh of a part's elements.
   struct Numbers {
     std::vector<uint64_t> points, cells;
     std::vector<uint64_t> faces;

@@ -6,7 +6,8 @@
 
 namespace maille {
 
-/// Numbers that mostly rise by one, in the order in which they came.
+/// Numbers that mostly rise by one, in the order in which they came: 16 bytes for each run instead of 8 for
+/// each number. operator[] searches, in the logarithm of the runs.
 class FoamRuns {
  public:
   void add(uint64_t number) {

@@ -12,6 +12,7 @@
 namespace maille {
 namespace {
 
+// Reads one surface of a dictionary into a BlockSurface.
 class SurfaceReader {
  public:
   SurfaceReader(const FoamFile& file, const FoamDictionary::Entry& entry)
@@ -57,7 +58,7 @@ class SurfaceReader {
     return file_.bad(entry_.at, "surface '" + surface_.name + "' has no entry '" + keyword + "'");
   }
 
-  /// "searchableSphere" is a "sphere".
+  /// The type of the surface; "searchableSphere" is a "sphere".
   Result<std::string> type_of() const {
     FoamCursor at(file_, *MAILLE_TRY(needed("type")));
     std::string type = MAILLE_TRY(at.word());
@@ -82,7 +83,7 @@ class SurfaceReader {
     return {};
   }
 
-  /// The numbers stand in the dictionary itself or in one of their own.
+  /// Reads a plane. The numbers stand in the dictionary itself or in one of their own.
   Result<> plane() {
     surface_.kind = BlockSurface::Kind::plane;
     if (find("planeType") != nullptr) {
@@ -124,7 +125,8 @@ class SurfaceReader {
     return {};
   }
 
-  /// Names lead nowhere but into the folders of surfaces of the case.
+  /// The file of a surface. Names lead nowhere but into the folders of surfaces of the case, which lie beside
+  /// the dictionary or up to two folders above.
   Result<std::string> path_of(const std::string& name) const {
     namespace fs = std::filesystem;
     if (name.empty() || name.find('/') != std::string::npos || name.find('\\') != std::string::npos ||

@@ -9,7 +9,8 @@
 
 namespace maille {
 
-/// Writes OpenFOAM's files: a header each, then lists, as text or in binary.
+/// Writes OpenFOAM's files: a header each, then lists, as text or in binary, little-endian, as the header
+/// says.
 class FoamWriter {
  public:
   /// `single`: floating point numbers have 32 bits, which only binary files tell.
@@ -19,7 +20,7 @@ class FoamWriter {
   bool binary() const { return binary_; }
   /// What has no form of its own here.
   BufferedWriter& out() { return out_; }
-  /// Labels beyond 2^31 take 64 bits. Before the first file.
+  /// Labels beyond 2^31 take 64 bits. Call this before the first file: all files have one width.
   void set_wide_labels(bool wide) { wide_labels_ = wide; }
 
   /// `kind`: OpenFOAM's class; `note`: of the header, if not empty.

@@ -1,6 +1,7 @@
 // OpenFOAM's polyMesh, a folder of files: points; faces; for each face the cell it belongs to (owner) and,
 // for the first ones, the cell on its other side (neighbour); boundary, the patches of faces without one.
-// Normals point from owner to neighbour. Text or binary, each file possibly packed with gzip.
+// Normals point from owner to neighbour. Text or binary, each file possibly packed with gzip. Source:
+// OpenFOAM user guide, "Mesh description", and its own code for binary files.
 #include "io/foam/polymesh.h"
 
 #include <algorithm>
@@ -15,6 +16,9 @@
 namespace maille {
 namespace {
 
+// Reads a mesh whole: lists of one folder, or those of all processors joined; then cells from faces, patches
+// as blocks of faces, zones, and the fields of a time if one is asked for. The budget counts the bytes of all
+// files.
 class PolyMeshReader {
  public:
   PolyMeshReader(std::string folder, const ReadOptions& options)
@@ -22,14 +26,14 @@ class PolyMeshReader {
         options_(options),
         budget_(folder_, folder_bytes(), options.limits),
         joined_(options.limits) {}
-  /// The mesh that was divided among these processors.
+  /// Reads the mesh that was divided among these processors.
   PolyMeshReader(std::string folder, std::vector<FoamPart> processors, const ReadOptions& options)
       : folder_(std::move(folder)),
         processors_(std::move(processors)),
         options_(options),
         budget_(folder_, bytes_of_processors(), options.limits),
         joined_(options.limits) {}
-  /// That of one processor.
+  /// Reads the mesh of one processor.
   PolyMeshReader(const FoamPart& part, const ReadOptions& options) : PolyMeshReader(part.mesh(), options) {
     block_ = part.block;
   }
@@ -42,6 +46,7 @@ class PolyMeshReader {
   uint64_t bytes_of_processors() const {
     uint64_t bytes = 0;
     for (const FoamPart& processor : processors_) {
+      // A file of several processors counts once.
       if (processor.block.value_or(0) == 0) bytes += folder_bytes(processor.mesh());
     }
     return bytes;
@@ -130,7 +135,8 @@ Result<> PolyMeshReader::read_points() {
   return count == 0 && !values ? Result<>() : file.end_list(true);
 }
 
-/// Lists of points one after the other, or in binary the places where each begins and all their points.
+/// Reads faces: lists of points one after the other, or in binary the places where each begins and all their
+/// points.
 Result<> PolyMeshReader::read_faces() {
   FoamReader file = MAILLE_TRY(open("faces"));
   std::vector<int64_t> points;
@@ -171,7 +177,8 @@ Result<std::vector<uint64_t>> PolyMeshReader::read_cells_of_faces(const char* na
   while (!labels.empty() && labels.back() == -1) labels.pop_back();
   std::vector<uint64_t> cells;
   for (const int64_t cell : labels) {
-    // A cell has a face at least, and a face two cells at most.
+    // A cell has a face at least, and a face two cells at most: so numbers of cells are bounded by what was
+    // really read.
     if (cell < 0 || static_cast<uint64_t>(cell) >= 2 * ends_.size())
       return file.malformed("there is no cell " + std::to_string(cell) + " with " +
                             std::to_string(ends_.size()) + " faces");
@@ -210,7 +217,8 @@ Result<> PolyMeshReader::add_cell(std::span<const uint64_t> faces, uint64_t cell
 }
 
 Result<> PolyMeshReader::collect_cells() {
-  // Faces of each cell, as a list and the places where cells begin in it.
+  // Faces of each cell, as a list and the places where cells begin in it: counted first, then sorted in by
+  // number.
   std::vector<uint64_t> begins(cells_ + 1);
   for (const auto* side : {&owner_, &neighbour_}) {
     for (const uint64_t cell : *side) ++begins[cell + 1];
@@ -232,7 +240,8 @@ Result<> PolyMeshReader::add_patches() {
     FoamPatchType patch_type;
     for (uint64_t i = patch.first; i < patch.first + patch.faces; ++i) patch_type.add(face(i).size());
     const CellType type = patch_type.type();
-    // Patches may share faces, so each takes from the budget.
+    // Patches may share faces, so each takes from the budget: a short file could name all faces any number of
+    // times.
     MAILLE_CHECK(budget_.take(patch.faces, 5 * sizeof(uint32_t)));
     for (uint64_t i = patch.first; i < patch.first + patch.faces; ++i) {
       const auto corners = face(i);
@@ -259,7 +268,7 @@ Result<> PolyMeshReader::read_zones(FoamZones& zones, const FoamZoneKind& kind, 
   return zones.read(file, elements, budget_);
 }
 
-/// Blocks of faces, behind those of the patches.
+/// Adds zones of faces as blocks of faces, behind those of the patches.
 Result<> PolyMeshReader::add_face_zones() {
   if (face_zones_.layers() == 0) return {};
   FoamZoneFaces zone_faces(in_memory, "");
@@ -276,7 +285,8 @@ Result<> PolyMeshReader::add_face_zones() {
   return zone_faces.add_blocks(face_zones_, shapes_, add_cell);
 }
 
-/// Of all elements; those behind the first `elements`, faces of patches, are in no zone.
+/// Adds arrays that name the zones of all elements; those behind the first `elements`, faces of patches, are
+/// in no zone.
 Result<> PolyMeshReader::add_zone_arrays(FoamZones& zones, const FoamZoneKind& kind, Domain domain,
                                          uint64_t elements) {
   std::vector<Array> arrays = foam_zone_arrays(zones, kind, domain);
@@ -369,7 +379,8 @@ Result<ReadResult> PolyMeshReader::read_with_fields(const std::string& case_fold
   return result;
 }
 
-/// The mesh of a case, with the fields of a time if one is said.
+/// The mesh of a case, with the fields of a time if one is said. Without a mesh of its own, that of its
+/// processors.
 Result<ReadResult> read_case(const std::string& case_folder, const std::optional<FoamTime>& time,
                              const ReadOptions& options) {
   const std::string folder = foam_folder_of(case_folder);

@@ -13,6 +13,7 @@ namespace maille {
 
 // What is common to reading OpenFOAM's polyMesh whole (polymesh.cpp) and in parts (polymesh_source.cpp).
 
+/// A patch: a range of faces at the boundary, and what the file "boundary" says of it.
 struct FoamPatch {
   std::string name, type;
   uint64_t first = 0, faces = 0;
@@ -24,7 +25,8 @@ inline constexpr char foam_patch_prefix[] = "openfoam.patch.";
 
 /// ... and behind this one its other entries, where it has any.
 inline constexpr char foam_entries_prefix[] = "openfoam.entries.";
-/// Whether text consists of words, numbers and lists, and so means nothing but itself to OpenFOAM.
+/// Whether text consists of words, numbers and lists, and so means nothing but itself to OpenFOAM: other text
+/// could include files or run code.
 bool is_plain_entries(std::string_view text);
 void add_foam_metadata(const FoamPatch& patch, std::vector<std::pair<std::string, std::string>>& metadata);
 
@@ -36,7 +38,8 @@ struct FoamFaces {
     corners.clear();
     sizes.clear();
   }
-  /// Seen from the cell it belongs to; from its neighbour it is turned over, and keeps its first corner.
+  /// Adds a face. Seen from the cell it belongs to it stays; from its neighbour it is turned over, and keeps
+  /// its first corner.
   void add(std::span<const uint32_t> face, bool turned);
 };
 
@@ -44,11 +47,11 @@ struct FoamCell {
   CellType type = CellType::polyhedron;
   std::vector<uint32_t> nodes;
 };
-/// A tetrahedron, hexahedron, wedge or pyramid, if its faces are those of one, else a polyhedron of these
-/// faces.
+/// Makes a tetrahedron, hexahedron, wedge or pyramid, if the faces are exactly those of one, else a
+/// polyhedron of these faces.
 void make_foam_cell(const FoamFaces& faces, FoamCell& cell);
 
-/// The type all these faces can have as cells: triangles, quads, else polygons.
+/// The type that all these faces can have as cells: triangles, quads, else polygons.
 class FoamPatchType {
  public:
   void add(size_t size) {
@@ -63,7 +66,7 @@ class FoamPatchType {
   bool triangles_ = true, quads_ = true;
 };
 
-/// The sink has to be a folder: polymesh_sink().
+/// Writes a mesh in memory. The sink has to be a folder: polymesh_sink().
 Result<std::vector<std::string>> write_polymesh(const Mesh& mesh, Sink& sink, const WriteOptions& options);
 
 /// Reads the mesh in parts, and sorts its faces out of core. `memory`: bytes, about; `folder`: of temporary

@@ -11,10 +11,12 @@
 namespace maille {
 namespace {
 
+// Of a linear cell: a hexahedron.
 constexpr size_t most_faces = 6;
 using Corners = std::array<uint32_t, 4>;
 
-/// A triangle or a quad from its least corner on; the fourth of a triangle is no point's number.
+/// A triangle or a quad from its least corner on, so that equal faces are equal lists; the fourth of a
+/// triangle is no point's number.
 Corners from_least(std::span<const uint32_t> face) {
   Corners corners = {0, 0, 0, UINT32_MAX};
   std::copy(face.begin(), face.end(), corners.begin());
@@ -38,7 +40,7 @@ CellType type_of(const FoamFaces& faces) {
 
 using Faces = std::array<std::span<const uint32_t>, most_faces>;
 
-/// Whether these nodes have exactly the faces the cell has.
+/// Whether these nodes have exactly the faces that the cell has, with their orientation.
 bool has_faces(const FoamCell& cell, const Faces& faces, size_t count) {
   std::array<Corners, most_faces> made{}, given{};
   size_t size = 0;
@@ -56,6 +58,8 @@ bool has_faces(const FoamCell& cell, const Faces& faces, size_t count) {
   return size == count && std::equal(made.begin(), behind(made, size), given.begin());
 }
 
+// Guesses nodes from one face and the edges that leave it, then compares all faces: so whatever the faces
+// are, a cell that is not exactly one of the four stays a polyhedron.
 bool make_known_cell(const FoamFaces& all, FoamCell& cell) {
   cell.type = type_of(all);
   if (cell.type == CellType::polyhedron) return false;
@@ -129,7 +133,7 @@ Result<std::vector<FoamPatch>> read_foam_patches(FoamReader& file) {
       const bool known = key == "type" || key == "nFaces" || key == "startFace";
       if (!known && is_plain_entries(entry)) patch.entries += entry + "; ";
     }
-    // Which OpenFOAM adds by itself.
+    // A group that OpenFOAM adds by itself.
     const std::string own_group = "inGroups 1 ( " + patch.type + " ); ";
     if (const size_t at = patch.entries.find(own_group); at != std::string::npos)
       patch.entries.erase(at, own_group.size());

@@ -1,4 +1,5 @@
-// Which faces are the same: sorted by their corners, so that equal ones stand together.
+// Which faces are the same: sorted by their corners, so that equal ones stand together. Each list begins with
+// the least corner and goes towards the lesser of its neighbours, whoever sees it.
 #include "io/foam/polymesh_faces.h"
 
 #include <algorithm>
@@ -10,6 +11,7 @@ namespace maille {
 
 Result<bool> FoamFaceTable::add(std::span<const uint32_t> face, Side side, bool anywhere, bool& repeats) {
   kept_.clear();
+  // A corner that follows itself says nothing.
   for (size_t i = 0; i < face.size(); ++i) {
     if (face[i] != face[(i + 1) % face.size()]) kept_.push_back(face[i]);
   }
@@ -68,7 +70,7 @@ Result<> FoamFaceTable::add_zone_face(std::span<const uint32_t> corners, uint64_
   return add_alone(corners, zone_target | zone);
 }
 
-/// Puts the face `same_`, as one of its sides has it, with marks_ into its place.
+/// Puts the face `same_`, as one of its sides has it, with marks_ into its place in the order of writing.
 Result<> FoamFaceTable::write(const std::array<uint64_t, 4>& place, const Side& side, bool turn_over) {
   const size_t size = same_.size(), least = side.turn >> 1;
   list_.resize(size);
@@ -98,7 +100,7 @@ FoamFaceTable::Face FoamFaceTable::face_of(const ListSorter<5>::Item& item) {
           is_inner || number < of_faces ? ~uint64_t{0} : number - of_faces, list.first(behind), marks_};
 }
 
-/// Takes those of zones out of the group.
+/// Takes the sides that are of zones out of the group; they are marks of the face.
 void FoamFaceTable::collect_marks(const Side& first) {
   marks_.clear();
   const auto is_mark = [](const Side& side) {
@@ -111,7 +113,8 @@ void FoamFaceTable::collect_marks(const Side& first) {
   group_.erase(std::remove_if(group_.begin(), group_.end(), is_mark), group_.end());
 }
 
-/// The sides in group_ have the same corners; those of cells come first.
+/// Makes one face of the sides in group_, which have the same corners; those of cells come first, as their
+/// numbers are lower.
 Result<> FoamFaceTable::join_same() {
   size_t of_cells = 0;
   while (of_cells < group_.size() && group_[of_cells].cell != no_cell) ++of_cells;
@@ -133,6 +136,7 @@ Result<> FoamFaceTable::join_same() {
     if (first.cell == second.cell)
       return failure(ErrorCode::usage, name_ + ": volume cell " + cell(0) +
                                            " has the same face twice, which polyMesh cannot hold");
+    // Two cells must see a face from different sides.
     same_side += first.backwards() == second.backwards() ? 1 : 0;
     between_cells += alone;
     ++inner;
@@ -165,6 +169,7 @@ Result<> FoamFaceTable::join() {
     }
     MAILLE_CHECK(join_same());
   }
+  // Its memory is free for the second sort.
   sides_ = {0, ""};  // its memory
   return sorted_.sort();
 }

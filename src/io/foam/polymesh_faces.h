@@ -11,7 +11,8 @@
 namespace maille {
 
 /// The faces of a mesh as polyMesh has them: each once, with the cells on both sides. They are sorted twice,
-/// out of core: by corners, so that equal ones stand together, then as they are written.
+/// out of core: by corners, so that equal ones stand together, then as they are written. Order of calls:
+/// add_cell(), add_face() and add_zone_face() in any order, join(), then visit() as often as wanted.
 class FoamFaceTable {
  public:
   static constexpr uint64_t no_cell = ~uint64_t{0};
@@ -36,11 +37,12 @@ class FoamFaceTable {
   Result<> add_face(std::span<const uint32_t> corners, uint64_t patch);
   /// A face of a zone; it may be inside.
   Result<> add_zone_face(std::span<const uint32_t> corners, uint64_t zone);
-  /// Behind the last one. Error: usage, where polyMesh cannot hold the mesh.
+  /// Call this behind the last one. Error: usage, where polyMesh cannot hold the mesh.
   Result<> join();
 
   /// Calls f(const Face&) for every face, in the order of the files: inner ones by owner and neighbour, those
-  /// of patches in the order of the mesh, those in no patch. `last`: the patch that comes behind all others.
+  /// of patches in the order of the mesh, those in no patch. `last`: the patch that comes behind all others,
+  /// so that the rest can join it.
   template <class F>
   Result<> visit(uint64_t last, F f) {
     if (last == no_patch) return visit_places(0, no_place, f);
@@ -72,6 +74,7 @@ class FoamFaceTable {
     uint64_t turn;    ///< place of the least corner, and whether the list goes backwards
     bool backwards() const { return (turn & 1) != 0; }
   };
+  // Beyond the number of sides that any mesh has.
   static constexpr uint64_t of_faces = uint64_t{1} << 62;  ///< first number of a side that is a cell
   static constexpr uint64_t zone_target = uint64_t{1} << 62;
   // The first number of what is sorted for writing.

@@ -23,6 +23,7 @@ uint64_t FoamNames::number(const std::string& name) {
   const auto [known, is_new] = numbers_.emplace(name, words_.size());
   if (!is_new) return known->second;
   std::string word = foam_word(name);
+  // Ends: each round has another number, and there are finitely many words.
   for (int i = 2; std::find(words_.begin(), words_.end(), word) != words_.end(); ++i)
     word = foam_word(name) + "_" + std::to_string(i);
   words_.push_back(word);
@@ -59,6 +60,7 @@ bool is_foam_group_array(const Array& array) {
          is_foam_zone_array(array, foam_point_zones, Domain::point);
 }
 
+// Metadata first, blocks second: so a mesh that came from OpenFOAM keeps the order of its patches and zones.
 FoamGroups::FoamGroups(const MeshDescription& mesh) {
   const auto name_of = [](const std::string& key, const char* prefix) {
     return key.substr(std::string_view(prefix).size());
@@ -71,6 +73,7 @@ FoamGroups::FoamGroups(const MeshDescription& mesh) {
       point_zones.number(name_of(key, foam_point_zones.metadata));
   }
   for (const auto& [key, value] : mesh.metadata) {
+    // Entries are put into a file that OpenFOAM reads, so only plain ones pass.
     if (key.starts_with(foam_entries_prefix) && is_plain_entries(value))
       entries_[patch(name_of(key, foam_entries_prefix))] = value;
   }

@@ -13,7 +13,7 @@ namespace maille {
 /// As `maille generate` has them: names of cells, and the type of a patch behind the prefix.
 inline constexpr char foam_label_array[] = "patch", foam_type_prefix[] = "patch.";
 
-/// A kind of zones: sets of cells, faces or points with names.
+/// A kind of zones: sets of cells, faces or points with names, and the words by which its files tell them.
 struct FoamZoneKind {
   const char* type;      ///< "cellZone": also the name of the array of labels, if it is one
   const char* file;      ///< "cellZones"
@@ -30,7 +30,7 @@ inline constexpr char foam_face_zone_prefix[] = "faceZone:";
 /// Names in the order in which they came, and what OpenFOAM takes for them, each once.
 class FoamNames {
  public:
-  /// Of a name; a new one for a new name.
+  /// The number of a name; a new one for a new name.
   uint64_t number(const std::string& name);
   /// The number of a name that is there already; size(): it is not.
   uint64_t find(const std::string& name) const {
@@ -48,12 +48,12 @@ class FoamNames {
 /// What OpenFOAM takes for a name: no blank, sign or directive, and not what begins like a number.
 std::string foam_word(const std::string& name);
 
-/// An array of labels, read along the mesh.
+/// An array of labels, read along the mesh a stretch at a time.
 class FoamLabels {
  public:
   FoamLabels(const Array& array, size_t number) : array_(array), number_(number) {}
   Result<> read(MeshSource& mesh, uint64_t first, uint64_t count);
-  /// Of element `i` of those read; empty: none.
+  /// The label of element `i` of those read; empty where there is none.
   const std::string& name(uint64_t i) const;
 
  private:
@@ -80,7 +80,7 @@ class FoamGroups {
   };
   /// Of a cell that is a face, by its block's name or else by its label.
   Target of_face(const std::string& block, const std::string& label);
-  /// Behind the last cell: what labels named has types, too.
+  /// Call this behind the last cell: what labels named has types, too.
   void take_types(const MeshDescription& mesh);
   std::vector<FoamPatch> patches() const;
 

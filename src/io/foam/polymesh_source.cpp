@@ -1,6 +1,7 @@
 // OpenFOAM's polyMesh read in parts. Faces know their cells, not cells their faces, so the faces are sorted
 // by cell out of core, and the cells made of them stand in a temporary file; points stay where they are,
-// those of a text are written as numbers to another one.
+// those of a text are written as numbers to another one. The mesh is the same as that of the reader in
+// memory: cells, then faces of patches, then those of zones.
 #include <algorithm>
 #include <array>
 #include <filesystem>
@@ -17,10 +18,11 @@
 namespace maille {
 namespace {
 
-/// Of a face, and of a cell: both are held at once. Real ones have some dozens.
+/// The most corners of a face, and of a cell: both are held at once. Real ones have some dozens. Chosen, not
+/// swept.
 constexpr uint64_t most_corners = uint64_t{1} << 22;
 
-/// A list of labels, read front to back.
+/// A list of labels, read front to back: binary or text, or one value repeated.
 class LabelList {
  public:
   explicit LabelList(FoamReader file) : file_(std::move(file)) {}
@@ -45,6 +47,7 @@ class LabelList {
   }
   Result<> skip() {
     if (values_ && file_.binary()) {
+      // count_ is no more than the file's size here, so the product does not overflow.
       file_.jump(file_.position() + count_ * file_.label_bytes());
       done_ = count_;
     }
@@ -67,7 +70,8 @@ tl::unexpected<Error> too_large(const FoamReader& file) {
                                              " corners, so it cannot be read in parts");
 }
 
-/// The faces, front to back: lists of points one after the other, or places and then all points.
+/// The faces, front to back: lists of points one after the other, or places and then all points, for which
+/// two readers of the same file run side by side.
 class FaceList {
  public:
   static Result<FaceList> open(const std::string& folder) {
@@ -130,6 +134,8 @@ class FaceList {
   int64_t place_ = 0;
 };
 
+// open() makes everything; afterwards reading is from temporary files and the file of points. Memory: half of
+// what is allowed for sorting faces, a sixteenth for each kind of zones.
 class PolyMeshSource final : public MeshSource {
  public:
   PolyMeshSource(std::string folder, const PartsOptions& options)
@@ -208,6 +214,7 @@ Result<> PolyMeshSource::find_points() {
   points_at_ = file.position();
   if (!file.binary()) {
     MAILLE_CHECK(write_points(file));
+    // Binary points are read where they are.
   } else {
     const uint64_t bytes = 3 * count * size_of(description_.point_type);
     if (bytes > file.size() - points_at_) return file.malformed("there are fewer points than it says");
@@ -254,6 +261,7 @@ Result<> PolyMeshSource::add_face(uint64_t face, int64_t owner, int64_t neighbou
   MAILLE_CHECK(faces_.add({static_cast<uint64_t>(owner), face, 0}, corners));
   if (neighbour != -1 && neighbour != owner)
     MAILLE_CHECK(faces_.add({static_cast<uint64_t>(neighbour), face, 1}, corners));
+  // Faces from the first patch on are kept, to be blocks of faces later.
   return face >= first_patch_face_ ? patch_faces_->add(CellType::polygon, corners) : Result<>();
 }
 
@@ -389,7 +397,8 @@ Result<> PolyMeshSource::add_zone_arrays(FoamZones& zones, const FoamZoneKind& k
   return {};
 }
 
-/// Faces of patches are behind the cells, and in no zone of these.
+/// Reads an array of zones. Faces of patches are behind the cells, and in no zone of these: what is not in
+/// the temporary file is 0, no label.
 Result<> PolyMeshSource::read_array(size_t number, uint64_t first, uint64_t count, std::span<std::byte> out) {
   const Array& array = description_.arrays[number];
   const size_t size = array.tuple_size();

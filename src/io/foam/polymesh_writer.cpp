@@ -26,9 +26,11 @@ namespace {
 
 /// blockMesh's name of the patch of all faces that are in no other.
 constexpr char rest_name[] = "defaultFaces";
-/// Other types (cyclic, processor, ...) need entries of their own in the file "boundary".
+/// Types of patches that need no other entries; others (cyclic, processor, ...) do, in the file "boundary".
 constexpr std::string_view plain_types[] = {"patch", "wall", "symmetry", "symmetryPlane", "empty", "wedge"};
 
+// One pass over the cells fills the table of faces and the lists of zones; then each file is a pass over the
+// sorted faces. So memory is what sorting is given, whatever the mesh's size.
 class PolyMeshWriter {
  public:
   PolyMeshWriter(MeshSource& mesh, FolderSink& sink, bool ascii, uint64_t memory, const std::string& folder)
@@ -51,7 +53,7 @@ class PolyMeshWriter {
   std::vector<std::string> field_notes() { return fields_.take_notes(); }
 
  private:
-  /// Of the files of faces: how many there are of all.
+  /// The note in the headers of files of faces: how many there are of all. OpenFOAM's tools read it.
   std::string note_of_sizes() const;
   Result<> put_points();
   Result<> put_faces();
@@ -126,7 +128,7 @@ Result<> PolyMeshWriter::put_points() {
   return {};
 }
 
-/// Where each face begins in the list of all their corners, then that list.
+/// Writes faces in binary: where each begins in the list of all their corners, then that list.
 Result<> PolyMeshWriter::put_compact_faces() {
   uint64_t place = 0;
   file_.begin_list(table_.faces + 1);
@@ -161,7 +163,7 @@ Result<> PolyMeshWriter::put_faces() {
   return {};
 }
 
-/// And which faces zones have: their numbers are known here.
+/// Writes owners, and notes which faces zones have: their numbers are known here.
 Result<> PolyMeshWriter::put_owners() {
   file_.begin_list(table_.faces);
   uint64_t number = 0;
@@ -192,7 +194,7 @@ Result<> PolyMeshWriter::put_neighbours() {
   return {};
 }
 
-/// Text in either form.
+/// Writes the patches, which are text in either form.
 void PolyMeshWriter::put_boundary() {
   std::string text = std::to_string(patches_.size()) + "\n(\n";
   for (const FoamPatch& patch : patches_) {
@@ -204,7 +206,7 @@ void PolyMeshWriter::put_boundary() {
   out_.put(text + ")\n");
 }
 
-/// `place`: of the cell in the mesh; it is number `i` of those at hand.
+/// Takes a cell. `place`: where it is in the mesh; it is number `i` of those at hand.
 Result<> PolyMeshWriter::add_cell(const MeshDescription::Block& block, uint64_t i, uint64_t place) {
   const auto type = static_cast<CellType>(piece_.types[i]);
   nodes_.clear();
@@ -366,7 +368,7 @@ Result<std::vector<std::string>> PolyMeshWriter::write() {
   return std::move(notes_);
 }
 
-/// Arrays that are neither groups nor a field, or what belongs to one ("p:gradient").
+/// Tells of arrays that are neither groups nor a field, or what belongs to one ("p:gradient").
 void note_arrays(const std::vector<Array>& arrays, const MeshDescription& mesh,
                  std::vector<std::string>& notes) {
   for (const Array& array : arrays) {
@@ -402,7 +404,7 @@ struct CaseWriter::Implementation {
   std::vector<std::string> notes;
   uint64_t left_out = 0;  ///< times without fields of OpenFOAM
 
-  // No temporary files: the mesh is in memory, too.
+  // Without temporary files: the mesh is in memory, too.
   Implementation(const Mesh& first, FolderSink& sink, bool ascii)
       : mesh(mesh_as_source(first)), writer(*mesh, sink, ascii, ~uint64_t{0}, "") {}
 };

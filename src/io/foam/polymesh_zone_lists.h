@@ -13,7 +13,7 @@ namespace maille {
 
 /// The zones of one kind, to be written: elements come in any order, and are sorted by zone out of core.
 /// Numbers of an element: its zone, then its number (N = 2: cells, points); or its zone, its place in it, its
-/// number, whether it is flipped (N = 4: faces).
+/// number, whether it is flipped (N = 4: faces, whose order in a zone is kept).
 template <size_t N>
 class FoamZoneLists {
  public:
@@ -25,7 +25,7 @@ class FoamZoneLists {
     ++counts_[numbers[0]];
     return sorted_.add(numbers, {});
   }
-  /// The file of the zones; none where there are no names.
+  /// Writes the file of the zones; none where there are no names. Once.
   Result<> write(const FoamZoneKind& kind, const FoamNames& names, FoamWriter& file);
 
  private:
@@ -55,7 +55,7 @@ Result<> FoamZoneLists<N>::write(const FoamZoneKind& kind, const FoamNames& name
   return file.end();
 }
 
-/// Behind the zones before it.
+/// Writes one zone; those before it were taken from the sorter.
 template <size_t N>
 Result<> FoamZoneLists<N>::put_zone(const FoamZoneKind& kind, uint64_t zone, FoamWriter& file) {
   std::vector<uint8_t> flips;
@@ -74,7 +74,8 @@ Result<> FoamZoneLists<N>::put_zone(const FoamZoneKind& kind, uint64_t zone, Foa
   return {};
 }
 
-/// Without its "(", and so without a count, where there is nothing in it.
+/// Begins a list; without its "(", and so without a count, where there is nothing in it, as OpenFOAM writes
+/// empty lists.
 template <size_t N>
 void FoamZoneLists<N>::begin_list(const std::string& key, const char* type, uint64_t count,
                                   FoamWriter& file) {

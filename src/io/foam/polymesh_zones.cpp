@@ -7,7 +7,7 @@
 namespace maille {
 namespace {
 
-/// A list in a dictionary may say what it is of: "List<label> 3(1 2 3)".
+/// Begins a list in a dictionary, which may say what it is of: "List<label> 3(1 2 3)".
 Result<uint64_t> begin_typed_list(FoamReader& file, bool& values) {
   const uint64_t at = file.position();
   if (!file.word().starts_with("List<")) file.jump(at);
@@ -48,7 +48,8 @@ Result<> FoamZones::read_labels(FoamReader& file, uint64_t elements, Budget& bud
   return count == 0 && !values ? Result<>() : file.end_list(values);
 }
 
-/// What is between its braces. Labels are read behind the flips, which may follow them.
+/// Reads what is between a zone's braces. Labels are read behind the flips, which may follow them, by jumping
+/// back.
 Result<> FoamZones::read_zone(FoamReader& file, uint64_t elements, Budget& budget) {
   uint64_t labels_at = 0;
   bool has_labels = false;
@@ -108,7 +109,7 @@ Result<> FoamZones::read(FoamReader& file, uint64_t elements, Budget& budget) {
   return count();
 }
 
-/// What decides how they are held.
+/// Counts what decides how zones are held: how many overlap, and how often they change along the mesh.
 Result<> FoamZones::count() {
   uint64_t behind = 0, last = ~uint64_t{0};
   while (sorted_.front() != nullptr) {
@@ -148,6 +149,7 @@ Result<> FoamZoneFaces::add(std::span<const FoamZones::Use> uses, std::span<cons
 std::vector<Array> foam_zone_arrays(const FoamZones& zones, const FoamZoneKind& kind, Domain domain) {
   std::vector<Array> arrays;
   const size_t labels = zones.names().size() + 1;
+  // The narrowest that holds all names and "none".
   const Scalar type = labels <= 0x100 ? Scalar::u8 : labels <= 0x10000 ? Scalar::u16 : Scalar::u32;
   for (uint64_t layer = 0; layer < zones.layers(); ++layer) {
     const std::string name = kind.type + (layer == 0 ? std::string() : ":" + std::to_string(layer + 1));

@@ -16,14 +16,14 @@
 namespace maille {
 
 /// The zones of cells, faces or points in a folder, sorted out of core by element, so that they can be met
-/// along the mesh.
+/// along the mesh in one pass.
 class FoamZones {
  public:
   /// `memory`: bytes, about; `folder`: of temporary files.
   FoamZones(const FoamZoneKind& kind, uint64_t memory, std::string folder)
       : kind_(kind), sorted_(memory, std::move(folder)) {}
 
-  /// `elements`: how many there are.
+  /// Reads the file of zones; `elements`: how many the mesh has. Errors: malformed_input, memory_bound.
   Result<> read(FoamReader& file, uint64_t elements, Budget& budget);
   /// The same of zones that are known: elements in the order of their zones' lists.
   struct Element {
@@ -39,7 +39,7 @@ class FoamZones {
   };
   /// The zones of an element, ascending, each once; elements in ascending order. Valid until the next call.
   Result<std::span<const Use>> of(uint64_t element);
-  /// From the first element again.
+  /// Begins at the first element again.
   Result<> rewind() { return sorted_.rewind(); }
 
   /// How many zones have an element in common, at most.
@@ -48,6 +48,7 @@ class FoamZones {
   bool are_runs() const { return layers_ == 1 && runs_ <= most_runs; }
 
  private:
+  // Beyond this blocks would be too many, and zones are arrays of labels. Chosen, not swept.
   static constexpr uint64_t most_runs = 1024;
   Result<> read_zone(FoamReader& file, uint64_t elements, Budget& budget);
   Result<> read_flips(FoamReader& file, Budget& budget, std::vector<bool>& flips);
@@ -62,14 +63,14 @@ class FoamZones {
   uint64_t layers_ = 0, runs_ = 0;
 };
 
-/// The faces of zones, met face by face, given zone by zone.
+/// The faces of zones: met face by face, in the order of the file, given zone by zone.
 class FoamZoneFaces {
  public:
   FoamZoneFaces(uint64_t memory, std::string folder) : sorted_(memory, std::move(folder)) {}
   /// A face as it stands in the file; a zone that has it flipped sees it from the other side.
   Result<> add(std::span<const FoamZones::Use> uses, std::span<const uint32_t> corners);
-  /// Behind the last one: a block of faces for each zone that has some. Calls add_cell(type, corners) for
-  /// each.
+  /// Call this behind the last one: adds a block of faces for each zone that has some, and calls
+  /// add_cell(type, corners) for each face.
   template <class F>
   Result<> add_blocks(const FoamZones& names, BlockShapes& shapes, F add_cell) {
     MAILLE_CHECK(sorted_.sort());
@@ -99,7 +100,7 @@ class FoamZoneFaces {
 /// The zones of elements as arrays of labels: the k-th zone of an element in the k-th array, nothing for
 /// none.
 std::vector<Array> foam_zone_arrays(const FoamZones& zones, const FoamZoneKind& kind, Domain domain);
-/// An element of such an array.
+/// Puts an element of such an array: 0 for no zone, else the zone's number plus one.
 void put_foam_label(Scalar type, uint64_t value, std::byte* to);
 void add_foam_zone_metadata(const FoamZones& zones, const FoamZoneKind& kind,
                             std::vector<std::pair<std::string, std::string>>& metadata);
