@@ -98,6 +98,8 @@ class Steps {
   size_t count_, done_ = 0;
 };
 
+/// Times all codecs in rounds, one after the other, so that a machine that slows down meanwhile slows all of
+/// them.
 void measure(const std::vector<const Codec*>& codecs, const BenchOptions& options, Steps& steps,
              BenchReport& report) {
   std::vector<std::string> unable;
@@ -118,6 +120,8 @@ void measure(const std::vector<const Codec*>& codecs, const BenchOptions& option
   }
 }
 
+/// The whole file by maille, decoded and compared within the benchmark. Times are those of the calling
+/// thread, so other programs disturb them less.
 PackedFile packed_by_maille(const Mesh& mesh, int level) {
   PackedFile packed{fmt::format("maille -{}", level), 0, 0, {}, {}};
   const auto fail = [&packed](const Error& error) {

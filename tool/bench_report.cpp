@@ -12,6 +12,7 @@ namespace {
 
 using bench::Row;
 
+/// The peers that are measured take triangles only.
 bool is_ours(const Row& row) {
   return !row.codec->needs_triangles();
 }
@@ -102,6 +103,8 @@ Json json_of(const PackedFile& packed) {
 
 }  // namespace
 
+// A peer may lose points or turn faces over; that is reported in its row, but only our own failures are
+// errors.
 bool BenchReport::good() const {
   const bool rows_good = std::all_of(rows.begin(), rows.end(), [](const Row& row) {
     return !is_ours(row) || (row.problem.empty() && row.check.verdict == "exact");

@@ -157,6 +157,7 @@ std::string zsh_completion(const CommandEntry& command) {
 
 namespace {
 
+/// fish has one line for each option, with a condition that names its verb.
 std::string fish_option(const VerbEntry& verb, const OptionEntry& option) {
   std::string names;
   for (const std::string& name : option.names) {

@@ -85,6 +85,7 @@ Result<int> decompress_series(const DecompressOptions& options) {
   std::vector<TimeOfFile> times = TOOL_TRY(times_of_file(options, *input.source));
   const std::string stem = with_extension(options.output, "");
   for (size_t i = 0; i < times.size(); ++i) {
+    // All names are checked before the first file is written.
     const std::string path = fmt::format("{}_{}.vtu", stem, i);
     times[i].name = path.substr(path.rfind('/') + 1);
     TOOL_CHECK(check_output({path, options.input, options.force, true, false}));
@@ -107,6 +108,7 @@ Result<int> decompress_series(const DecompressOptions& options) {
     }
     return tl::unexpected(written.error());
   }
+  // The list is written last, so that it never names a file that does not exist.
   const auto list = TOOL_TRY(open_output({options.output, options.input, options.force, false, false}));
   const std::string text = list_of(times);
   TOOL_CHECK(list->write(std::as_bytes(std::span(text.data(), text.size()))));

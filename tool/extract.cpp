@@ -23,6 +23,7 @@ Region region_of(const ExtractOptions& options) {
   return region;
 }
 
+/// A screen of 1080 rows and a vertical field of view of 60 degrees: pixels / (2 tan 30 degrees).
 std::optional<View> view_of(const ExtractOptions& options) {
   if (options.eye.empty()) return std::nullopt;
   constexpr double pixels_per_radian = 1080 / (2 * 0.57735026918962576);  // 60 degrees
@@ -69,7 +70,8 @@ Result<> add_chart_numbers(File& file, const Selection& selection, Mesh& mesh) {
   return {};
 }
 
-/// What was asked for may be fetched, however much it is.
+/// Raises the limit of what may be fetched by the size of the charts that were asked for: the limit guards
+/// against surprises, and the user has chosen these.
 Result<> allow(File& file, const Selection& selection, const Input& input) {
   if (input.remote == nullptr) return {};
   uint64_t bytes = 0;
@@ -119,6 +121,7 @@ Result<Extracted> extract_region(File& file, const ExtractOptions& options, cons
   return extracted;
 }
 
+/// Everything connected with the surface point nearest to a place.
 Result<Extracted> extract_component(File& file, const ExtractOptions& options) {
   const std::vector<double>& near = options.component;
   const auto start = TOOL_TRY(file.nearest({{near[0], near[1], near[2]}}));

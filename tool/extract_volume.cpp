@@ -53,6 +53,7 @@ bool set_range(const std::string& text, ValueCondition& condition) {
   }
   const auto number = limit_in(rest);
   if (!number) return false;
+  // Conditions include their ends, so a strict comparison takes the next double.
   if (text[0] == '>') condition.low = or_equal ? *number : std::nextafter(*number, infinity);
   if (text[0] == '<') condition.high = or_equal ? *number : std::nextafter(*number, -infinity);
   if (text[0] == '=') condition.low = condition.high = *number;

@@ -49,9 +49,10 @@ Result<> encode_mesh(const Mesh& mesh, Sink& sink, const GenerateOptions& option
   return {};
 }
 
-/// Above, a mesh is written as it comes: so many take 32 MB in memory.
+/// Larger meshes are written as they are generated; so many cells take 32 MB in memory.
 constexpr uint64_t most_cells_in_memory = 250'000;
 
+/// A rough count that only decides whether to work in memory; generate() checks divisions and counts exactly.
 uint64_t cells_of(const BlockDescription& description, uint64_t refine) {
   uint64_t cells = 0;
   for (const HexBlock& block : description.blocks)
@@ -66,6 +67,7 @@ Result<> check_points_in_use(const GenerateOptions& options, const BlockDescript
   const uint64_t memory = options.common.memory;
   if (memory == Limits{}.mesh_bytes) return {};
   GeneratedCounts counter;
+  // What the process itself takes is not available for points.
   counter.most_allowed = (memory - std::min(memory, WorkingSpace::of_process)) / bytes_of_point;
   const auto counted_all = generate(description, options.generation, counter);
   const bool stopped = !counted_all && counted_all.error().code == ErrorCode::memory_bound;
@@ -173,6 +175,7 @@ Result<int> run(const GenerateOptions& options) {
   const BlockDictionary blocks = TOOL_TRY(read_block_dictionary(options.input));
   say_notes(options.input, blocks.notes, options.common.quiet);
   auto result = options.count ? count(options, blocks.description) : write(options, blocks.description);
+  // Generating happens after reading, so the library no longer knows the name of the dictionary.
   const bool about_input = !result && (result.error().code == ErrorCode::malformed_input ||
                                        result.error().code == ErrorCode::unsupported);
   if (about_input) return failure(result.error().code, options.input + ": " + result.error().message);

@@ -31,6 +31,7 @@ Result<> GeneratedCounts::points(uint64_t, std::span<const double> coordinates) 
   point_count += coordinates.size() / 3;
   alive_ += coordinates.size() / 3;
   most_alive = std::max(most_alive, alive_);
+  // Small meshes are counted to the end, so that the message can say exactly how much memory they need.
   if (too_long_ && alive_ > most_allowed) return failure(ErrorCode::memory_bound, "");
   return {};
 }
@@ -43,6 +44,7 @@ Result<> GeneratedCounts::faces(uint32_t patch, CellType type, std::span<const u
 Result<> GeneratedCounts::cells(uint32_t, CellType type, std::span<const uint64_t> nodes,
                                 std::span<const uint8_t> last_use) {
   add(type, nodes.size() / nodes_of(type));
+  // A point is in use from its own call up to the cell that uses it last.
   for (const uint8_t last : last_use) alive_ -= last;
   return {};
 }

@@ -10,7 +10,8 @@
 
 namespace maille::tool {
 
-/// Lets a mesh come by and counts it.
+/// Counts the elements of a mesh while it is generated, and how many points are in use at a time, without
+/// storing any.
 class GeneratedCounts : public GeneratedOutput {
  public:
   /// The same of a mesh in memory. The order of patches is that of the metadata.

@@ -14,7 +14,8 @@ namespace maille::tool {
 
 namespace {
 
-/// What a sink has to know before the first point: the blocks of generate_mesh().
+/// Collects what a sink has to know before the first point: the blocks that generate_mesh() would make. The
+/// mesh is generated twice for this, which takes time but no memory.
 class GeneratedBlocks final : public GeneratedOutput {
  public:
   explicit GeneratedBlocks(const BlockDescription& description) : description_(description) {}
@@ -69,7 +70,7 @@ class GeneratedBlocks final : public GeneratedOutput {
   std::map<CellType, uint64_t> types_;
 };
 
-/// Cells of a few thousand at once.
+/// Hands cells to the sink a few thousand at a time, because each call of a sink costs a write.
 class CellBatch {
  public:
   explicit CellBatch(MeshSink& sink) : sink_(sink) { clear(); }

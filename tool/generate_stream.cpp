@@ -14,7 +14,9 @@ namespace maille::tool {
 
 namespace {
 
-/// `Writer`: StreamWriter, or MeshSpool; `begin(StreamOptions)` makes it.
+/// Passes a generated mesh on to a stream. Zones and patches become the labels of one array, since their
+/// cells come mixed and blocks of a stream would change all the time. `Writer` is StreamWriter or MeshSpool;
+/// `begin` makes it when the size is known.
 template <class Writer>
 class StreamedGeneration final : public GeneratedOutput {
  public:

@@ -23,6 +23,8 @@ bool names_text(const std::string& path) {
   return lower_case(path).ends_with(".gltf");
 }
 
+/// An asset keeps all of its attributes and holds files of mode single, so options that ask for anything else
+/// are refused.
 Result<> check_gltf_options(const CompressOptions& options) {
   const char* unfit = nullptr;
   if (options.mode.value_or(Mode::single) != Mode::single) unfit = "--mode";
@@ -87,6 +89,7 @@ Result<int> compress_to_gltf(const CompressOptions& options) {
   const Input input = TOOL_TRY(open_input(options.input, options.input_format));
   const std::string format = input.is_maille ? "maille" : input.format;
   const auto found = format.empty() ? format_of(*input.source) : Result<std::string>(format);
+  // The output's name promises an asset with materials and scenes, which only glTF inputs have.
   if (!found || (*found != "glb" && *found != "gltf")) {
     return failure(ErrorCode::usage,
                    fmt::format("{}: its name says that the rest of a glTF file is kept, but {} is none; "
@@ -158,6 +161,7 @@ Result<int> decompress_gltf_file(const DecompressOptions& options, const Input& 
 
 namespace {
 
+/// Assets may have thousands of primitives; the first four are enough to recognise one.
 std::string some_of(const std::vector<std::string>& names) {
   constexpr size_t most = 4;
   if (names.size() <= most) return fmt::format("{}", fmt::join(names, ", "));
@@ -192,6 +196,7 @@ Result<int> info_of_gltf(const InfoOptions& options, const Input& input) {
 }
 
 Result<> show_scene(Mesh& mesh, const std::string& format, bool as_stored, std::vector<std::string>& notes) {
+  // These keep the scene's transforms as they are; other formats have no place for them, so they are applied.
   if (as_stored || format == "glb" || format == "gltf" || format == "maille") return {};
   if (auto scene = TOOL_TRY(mesh_in_scene(mesh, notes))) mesh = *std::move(scene);
   return {};

@@ -10,6 +10,7 @@ namespace maille::tool {
 
 namespace {
 
+// Help is laid out for a terminal of 100 columns; manuals use the same width.
 constexpr size_t help_column = 30;
 constexpr size_t help_width = 100;
 
@@ -42,6 +43,7 @@ constexpr const char* general_notes =
     "without "
     "-f.";
 
+/// Breaks lines at blanks. `column` is where the first line begins, `indent` where the others do.
 std::string wrapped(const std::string& text, size_t indent, size_t column) {
   std::string lines;
   size_t start = 0;
@@ -206,6 +208,8 @@ std::string markdown_manual(const CommandEntry& command) {
 
 namespace {
 
+/// Escapes what roff would interpret: backslashes, hyphens (which it would turn into typographic ones that
+/// cannot be copied into a shell), and dots or quotes at the beginning of a line, which begin requests.
 std::string roff(const std::string& text) {
   std::string escaped;
   for (const char c : text) {

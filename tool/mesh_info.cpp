@@ -28,6 +28,7 @@ void for_each_cell(const Mesh& mesh, Visit visit) {
   }
 }
 
+/// Ordered by type, so that the output does not depend on the order of the cells.
 std::map<CellType, uint64_t> count_types(const Mesh& mesh) {
   std::map<CellType, uint64_t> counts;
   for_each_cell(mesh, [&](CellType type, std::span<const uint32_t>) { ++counts[type]; });
@@ -130,6 +131,8 @@ EdgeCounts count_edges(const Mesh& mesh) {
     for (size_t k = 0; k < corners.size(); ++k)
       sides.push_back(side(corners[k], corners[(k + 1) % corners.size()]));
   });
+  // Sorting brings the sides of each edge together. Two sides of the same direction belong to faces that
+  // disagree about which side is up.
   std::sort(sides.begin(), sides.end());
   for (size_t i = 0, end; i < sides.size(); i = end) {
     for (end = i + 1; end < sides.size() && sides[end] >> 1 == sides[i] >> 1;) ++end;

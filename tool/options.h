@@ -31,7 +31,8 @@ struct CommonOptions {
   ProgressStyle progress = ProgressStyle::automatic;
 };
 
-/// Of an address of which a part is wanted, at most so many bytes are fetched beyond what is.
+/// When only a part of an address is wanted, at most so many bytes are fetched beyond that part. It stops a
+/// server that ignores ranges from sending a whole file unasked.
 constexpr uint64_t default_fetch_limit = uint64_t{64} << 20;
 
 /// Several inputs of one command line (batch.h).

@@ -13,6 +13,9 @@ namespace maille::tool {
 
 namespace {
 
+/// Compresses and decodes the original with the settings of the file, but keeps its order. Coding is
+/// deterministic, so the result has exactly the values of the file, in an order that can be compared element
+/// by element.
 Result<Mesh> compress_again(const Mesh& original, const FileInfo& info, const CommonOptions& common) {
   const Threads threads(common.threads);
   EncodeOptions encoding;

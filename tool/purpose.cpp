@@ -62,8 +62,10 @@ void set_for(const std::string& name, const Given& given, CompressOptions& optio
                                   [&](const Purpose& each) { return each.name == name; });
   if (found == purposes().end()) return;
   const Purpose& purpose = *found;
+  // What the user gave counts, not what this function has added so far.
   const CompressOptions before = options;
   options.lenient = true;
+  // A purpose only fills in what was not given; options beside it always win.
   if (!options.mode) options.mode = purpose.mode;
   if (!given.effort) options.effort = purpose.effort.value_or(options.effort);
   if (!given.order) options.keep_order = purpose.keep_order;

@@ -12,7 +12,8 @@ namespace maille::tool {
 
 namespace {
 
-/// Standard input, with what was read of it.
+/// Standard input that remembers what was read of it, until somebody says that it is a stream: a pipe cannot
+/// be rewound, and the next way of reading needs its beginning.
 class RecordedStdin final : public ByteStream {
  public:
   explicit RecordedStdin(std::vector<std::byte>* record) : record_(record) {}
@@ -126,6 +127,8 @@ class Recoder {
       TOOL_CHECK(writer_.begin_block(portion.blocks[next].name, portion.blocks[next].type));
     return {};
   }
+  /// Passes on as many cells at once as have the same type and number of nodes and belong to one block. A
+  /// call for each cell would cost more than the cell.
   Result<size_t> add_run(const StreamPortion& portion, size_t i, size_t next_block) {
     const uint64_t nodes = portion.offsets[i + 1] - portion.offsets[i];
     size_t end = portion.cell_count();

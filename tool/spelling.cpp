@@ -14,6 +14,8 @@ namespace {
 /// lengths.
 constexpr size_t longest_word = 64;
 
+/// Insertions, deletions, changes and swaps of neighbours that turn one word into the other (Damerau 1964, in
+/// its restricted form, which counts no letter twice).
 size_t distance_of(const std::string& a, const std::string& b) {
   // Row by row of the usual table; swaps need the row before the last one.
   std::vector<size_t> before_last(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
@@ -38,6 +40,7 @@ std::string nearest_word(std::string_view word, const std::vector<std::string>& 
   if (word.size() > longest_word) return "";
   const std::string wanted = lower_case(word);
   std::string nearest;
+  // At most one mistake for three letters, rounded up; more would suggest words that have nothing in common.
   size_t least = std::max<size_t>(1, (wanted.size() + 2) / 3) + 1;
   for (const std::string& candidate : candidates) {
     if (candidate.size() > longest_word) continue;

@@ -53,6 +53,7 @@ PredictionRule rule_of(const StencilOptions& options, PredictionRule rule) {
   if (options.rule == "taylor" || (options.rule.empty() && taylor)) rule.kind = PredictionRule::Kind::taylor;
   rule.covariance = options.covariance.value_or(rule.covariance);
   rule.noise = options.noise.value_or(rule.noise);
+  // With noise, derivatives of high order are not worth following.
   rule.order = options.order.value_or(rule.noise > 0 ? 2 : rule.order);
   rule.exact_order = options.exact_order.value_or(rule.exact_order);
   return rule;
@@ -60,6 +61,7 @@ PredictionRule rule_of(const StencilOptions& options, PredictionRule rule) {
 
 /// " = 5/12" where a weight is a simple fraction.
 std::string fraction(double weight) {
+  // Weights of the usual stencils are fractions of small numbers, and 5/12 says more than 0.4166666667.
   for (int denominator = 1; denominator <= 128; ++denominator) {
     const double numerator = std::round(weight * denominator);
     if (std::fabs(weight * denominator - numerator) > 1e-9) continue;

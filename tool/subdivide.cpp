@@ -97,6 +97,8 @@ class MeshOutput final : public Output {
   size_t next_ = 0;
 };
 
+/// PLY is written while the surface is made, because a level more means four times as many triangles; other
+/// formats need the whole mesh.
 Result<> write(const Mesh& mesh, const SubdivideOptions& options, const std::string& format, Sink& sink,
                std::unique_ptr<Output>& output, std::vector<std::string>& notes) {
   if (format == "ply") {

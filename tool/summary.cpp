@@ -10,6 +10,7 @@ namespace maille::tool {
 
 namespace {
 
+/// Bits for each element: the measure in which mesh compression is compared.
 std::string bits_each(uint64_t bytes, uint64_t elements) {
   return quotient(8.0 * static_cast<double>(bytes), static_cast<double>(elements));
 }
@@ -41,6 +42,7 @@ void add_row(Table& table, const ArrayReport& array) {
              number(array.maximum_error)});
 }
 
+/// The kind is named like its option, without the two dashes.
 Json json_of(const Tolerance& asked) {
   for (const BoundOption& option : bound_options) {
     if (option.kind == asked.kind) return {{"kind", option.name + 2}, {"value", asked.value}};
@@ -88,6 +90,8 @@ Json json_of(const ArrayInfo& array) {
 
 }  // namespace
 
+// Names from files may be no valid UTF-8, which JSON cannot hold: bad bytes become U+FFFD instead of an
+// exception.
 std::string dump(const Json& json) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

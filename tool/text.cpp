@@ -27,7 +27,8 @@ size_t printable_at(std::string_view text) {
   return control ? 0 : size;
 }
 
-// Names and words of files are printed as they stand there, but a file must not steer the terminal.
+// Names and texts of files are printed as they are, except for control characters: escape sequences from a
+// hostile file could otherwise change the title or the contents of a terminal.
 std::string printable(std::string_view text) {
   std::string result;
   result.reserve(text.size());
@@ -76,6 +77,7 @@ void Stopwatch::done(bool verbose, std::string_view step) const {
 std::string human_bytes(double bytes) {
   const char* const units[] = {"bytes", "kB", "MB", "GB", "TB"};
   size_t unit = 0;
+  // 999.5 is where rounding would print 1000 of the smaller unit.
   while (bytes >= 999.5 && unit + 1 < std::size(units)) {
     bytes /= 1000;
     ++unit;
@@ -84,6 +86,7 @@ std::string human_bytes(double bytes) {
   return fmt::format("{:.{}f} {}", bytes, bytes < 9.995 ? 2 : bytes < 99.95 ? 1 : 0, units[unit]);
 }
 
+// ASCII only, and not by tolower(), whose result depends on the locale.
 std::string lower_case(std::string_view text) {
   std::string lower(text);
   for (char& c : lower) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;

@@ -11,7 +11,8 @@ namespace maille::tool {
 
 namespace {
 
-/// In the measure that the bound is of.
+/// The error in the measure of the bound: relative to each number for pointwise bounds, and absolute
+/// otherwise.
 double error_of(const ArrayInfo& info, const ArrayDifference& difference) {
   return info.asked.kind == Tolerance::Kind::pointwise ? difference.maximum_relative : difference.maximum;
 }
@@ -60,6 +61,8 @@ Result<> hold_lossy_against(const Mesh& original, const Mesh& decoded, const Fil
          "or compress with --keep-order to have it compared element by element"});
     return {};
   }
+  // First everything that was not rounded, with the rounded values replaced by the decoded ones; then the
+  // rounded values against their bounds.
   const Comparison rest =
       compare(with_lossy_values(original, *ordered, info), *ordered, {.same_order = true});
   if (!rest.equal) {

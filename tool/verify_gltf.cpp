@@ -52,7 +52,8 @@ Result<> decode_parts(const CommonOptions& common, GltfVerdict& verdict) {
   return {};
 }
 
-/// An array is in many files: one row has the largest of its bounds and errors.
+/// Joins the verdicts of several files: an array of the same name is in many of them, and its row shows the
+/// largest of the bounds and errors.
 void add_to(std::vector<ArrayVerdict>& all, const std::vector<ArrayVerdict>& arrays) {
   for (const ArrayVerdict& array : arrays) {
     const auto known = std::find_if(all.begin(), all.end(), [&](const ArrayVerdict& other) {

@@ -41,8 +41,8 @@ Result<> check(std::initializer_list<Needed> needed) {
 
 using namespace maille::c;
 
-// This rises when a function or a struct changes in a way that programs compiled before would notice. New
-// functions, and new fields at the end of structs that know their size, do not count.
+// The number rises by one whenever functions are added (maille.h). None is removed or changed while the
+// library is called libmaille.so.0.
 uint32_t maille_abi_version(void) {
   return 1;
 }

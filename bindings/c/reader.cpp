@@ -43,7 +43,8 @@ StreamReadOptions reading_options(const DecodeOptions& options) {
   StreamReadOptions reading;
   reading.limits = options.limits;
   reading.executor = options.executor;
-  // A C caller sees numbers of points either way, and files in any order would otherwise be refused.
+  // Without this, files whose order stands apart from their cells would be refused. Their portions come in
+  // the order of the file.
   reading.any_order = true;
   return reading;
 }
