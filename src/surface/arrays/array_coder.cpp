@@ -25,7 +25,9 @@ namespace {
 // The first byte of a stream of numbers by what is around their elements.
 constexpr uint8_t around_coding = 17;
 constexpr uint8_t octahedral_flag = 1;
-constexpr uint32_t most_components = 4;  // of one coder; arrays of more are coded in parts
+// The coder of tuples takes up to four components, as many as a processor's register has floats. Arrays of
+// more are coded in parts, which know nothing of each other.
+constexpr uint32_t most_components = 4;
 
 tl::unexpected<Error> corrupt(const Array& array, const char* what) {
   return failure(ErrorCode::corrupt, "array \"" + array.name + "\"" + what);
@@ -41,7 +43,9 @@ struct Elements {
   ElementPlaces places() const { return {positions, point_of}; }
 };
 
-/// Corner arrays have an element for each set of joined corners, by their first corner.
+/// Arrays of corners have an element for each set of joined corners, numbered by the first corner of each.
+/// `of_corner` comes with the first corner of each corner's set, which is never higher than the corner, and
+/// becomes the number of its element.
 struct CornerElements {
   std::vector<uint32_t> of_corner;
   std::vector<uint32_t> first;  ///< corner, by element
@@ -59,13 +63,16 @@ struct CornerElements {
   }
 };
 
+/// Twins are by corner of PatchElements, joints are by corner of CornerFaces.
 std::vector<uint32_t> twins_of_corners(const PatchElements& elements, const CornerFaces& faces) {
   std::vector<uint32_t> twins(elements.twins.empty() ? 0 : faces.corners());
   for (uint32_t c = 0; c < twins.size(); ++c) twins[c] = elements.twins[faces.number_of(c)];
   return twins;
 }
 
-/// Do two tuples come back as the same?
+/// Do two tuples come back as the same? With loss tuples that have the same codes do, so that corners of one
+/// wedge may differ a little in the source. Exceptions come back bit for bit, so they are the same only as
+/// bytes.
 class SameTuples {
  public:
   SameTuples(const Array& array, const ArrayMaps& maps) : array_(array), maps_(maps) {}
@@ -101,8 +108,8 @@ class SameTuples {
   const ArrayMaps& maps_;
 };
 
-// Unit vectors: two whole numbers each.
-
+/// Unit vectors are two whole numbers each, on the square of the octahedron, and are coded as an array of
+/// these.
 Array pairs_of_vectors(const Array& array, const ArrayMaps& maps) {
   Array pairs = make_array(array.name, array.domain, Scalar::i32, 2, Role::none);
   pairs.bytes.resize(array.count() * pairs.tuple_size());
@@ -118,6 +125,7 @@ Array pairs_of_vectors(const Array& array, const ArrayMaps& maps) {
   }
   return pairs;
 }
+/// Vectors of any codes are finite, so damaged bytes only give other vectors.
 void store_vectors(const Array& pairs, const OctahedralMap& map, Array& array) {
   array.bytes.resize(pairs.count() * array.tuple_size());
   for (uint64_t i = 0; i < pairs.count(); ++i) {
@@ -135,8 +143,7 @@ void store_vectors(const Array& pairs, const OctahedralMap& map, Array& array) {
   }
 }
 
-// Arrays of more components than one coder takes: some after the other.
-
+/// The components of an array that one coder takes, as an array of their own.
 Array some_components(const Array& array, uint32_t first, uint32_t count) {
   Array part = make_array(array.name, array.domain, array.type, count, array.role);
   const size_t from = first * size_of(array.type), size = part.tuple_size();
@@ -145,6 +152,7 @@ Array some_components(const Array& array, uint32_t first, uint32_t count) {
     std::memcpy(part.bytes.data() + i * size, array.bytes.data() + i * array.tuple_size() + from, size);
   return part;
 }
+/// Exceptions are places of numbers, which change with the number of components. They stay rising.
 ArrayMaps some_maps(const ArrayMaps& maps, uint32_t components, uint32_t first, uint32_t count) {
   ArrayMaps part;
   part.lossless = maps.lossless;
@@ -155,6 +163,7 @@ ArrayMaps some_maps(const ArrayMaps& maps, uint32_t components, uint32_t first, 
   }
   return part;
 }
+/// Puts the components of a part between those of others, which come before or after it.
 void put_components(const Array& part, uint32_t first, Array& array) {
   const size_t from = first * size_of(array.type), size = part.tuple_size();
   array.bytes.resize(part.count() * array.tuple_size());
@@ -162,6 +171,8 @@ void put_components(const Array& part, uint32_t first, Array& array) {
     std::memcpy(array.bytes.data() + i * array.tuple_size() + from, part.bytes.data() + i * size, size);
 }
 
+/// The numbers of an array without a map of unit vectors. Parts have their sizes before them; a part that is
+/// alone takes the rest of the stream.
 void write_numbers(ByteWriter& out, const Elements& elements, const Array& array, const ArrayMaps& maps,
                    std::span<const uint32_t> source) {
   const auto write = [&](const Array& of, const ArrayMaps& with) {
@@ -175,6 +186,7 @@ void write_numbers(ByteWriter& out, const Elements& elements, const Array& array
     out.put_bytes(bytes);
   }
 }
+/// Each part fills all elements, so that its components can be put between the others at once.
 Result<> read_numbers(ByteReader& in, FanDecoder& around, const ElementPlaces& places, uint32_t count,
                       Array& array) {
   if (array.components <= most_components)
@@ -208,6 +220,7 @@ Result<> read_tuples(ByteReader& in, FanDecoder& around, const ElementPlaces& pl
   if (!octahedral) return read_numbers(in, around, places, count, array);
   const uint64_t steps = in.get_count();
   const Bytes exceptions = in.get_bytes(in.get_count());
+  // What vector_of() relies on is checked here.
   if (!in.ok() || steps == 0 || steps > most_octahedral_steps || array.components != 3 ||
       !is_float(array.type))
     return corrupt(array, " has an impossible map of unit vectors");
@@ -217,7 +230,9 @@ Result<> read_tuples(ByteReader& in, FanDecoder& around, const ElementPlaces& pl
   return read_exceptions(exceptions, array);
 }
 
-/// Elements beyond those that have something around them: points of loose cells, these cells, their corners.
+/// Codes an array over what is around its elements. Elements beyond those that have something around them
+/// follow: points of loose cells, these cells, their corners, each predicted from the one before.
+/// docs/format.md, 13.2.
 std::vector<std::byte> encode_around(const PatchElements& elements, ArrayAround& around, const Array& array,
                                      const ArrayMaps& maps, std::span<const uint32_t> source) {
   ByteWriter out;
@@ -246,6 +261,7 @@ std::vector<std::byte> encode_around(const PatchElements& elements, ArrayAround&
   RansEncoder coder(1);
   CornerElements corners(JointCoder<RansEncoder>(coder, faces, around.points().complete(), twins)
                              .code([&](uint32_t a, uint32_t b) { return same(tuple(a), tuple(b)); }));
+  // First which corners are joined, as everything else is about sets of them.
   const std::vector<std::byte> joints = coder.finish();
   out.put_count(joints.size());
   out.put_bytes(joints);
@@ -255,6 +271,7 @@ std::vector<std::byte> encode_around(const PatchElements& elements, ArrayAround&
     of.point_of.push_back(faces.points[corner]);
   }
   references = element_references(faces, corners.of_corner, static_cast<uint32_t>(tuples.size()));
+  // Corners of loose cells come last in PatchElements, and are elements of their own.
   tuples.insert(tuples.end(), source.end() - elements.loose_corners, source.end());
   of.point_of.resize(tuples.size());
   of.positions = elements.positions;
@@ -262,7 +279,8 @@ std::vector<std::byte> encode_around(const PatchElements& elements, ArrayAround&
   return out.take();
 }
 
-/// From elements to corners. `size`: of a tuple, as a constant where that is common.
+/// From elements to corners. `size`: of a tuple, as a constant where that is common, so that copies are a
+/// load and a store.
 template <class Size>
 void spread_bytes(const CornerFaces& faces, const CornerElements& corners, const std::byte* from,
                   std::byte* to, Size size) {
@@ -272,6 +290,7 @@ void spread_bytes(const CornerFaces& faces, const CornerElements& corners, const
 void spread_tuples(const PatchElements& elements, const CornerFaces& faces, const CornerElements& corners,
                    Array& array) {
   const size_t size = array.tuple_size(), loose = elements.loose_corners * size;
+  // Gaps (corners of border triangles) stay zero.
   std::vector<std::byte> spread(elements.corners() * size);
   const std::byte* const from = array.bytes.data();
   if (size == 8) {
@@ -288,6 +307,7 @@ void spread_tuples(const PatchElements& elements, const CornerFaces& faces, cons
 Result<> decode_around(const PatchElements& elements, ArrayAround& around, ByteReader& in,
                        uint64_t mesh_tuples, Array& array) {
   const auto flags = in.get<uint8_t>();
+  // A flag that is not known is another format; nothing behind it can be read.
   if (!in.ok() || flags > octahedral_flag) return corrupt(array, " is coded in an unknown way");
   const bool octahedral = flags == octahedral_flag;
   if (array.domain == Domain::point)
@@ -295,6 +315,7 @@ Result<> decode_around(const PatchElements& elements, ArrayAround& around, ByteR
   if (array.domain == Domain::cell)
     return read_tuples(in, around.cells(), {}, elements.cells(), octahedral, array);
   if (array.domain == Domain::mesh) {
+    // A description holds counts of 64 bits; elements have 32.
     if (mesh_tuples > UINT32_MAX) return corrupt(array, " has too many tuples");
     FanDecoder nothing = FanDecoder::over(FanSurface());
     return read_tuples(in, nothing, {}, static_cast<uint32_t>(mesh_tuples), octahedral, array);
@@ -313,6 +334,7 @@ Result<> decode_around(const PatchElements& elements, ArrayAround& around, ByteR
   for (const uint32_t corner : corners.first) point_of.push_back(faces.points[corner]);
   const auto count = static_cast<uint32_t>(point_of.size());
   FanDecoder references = FanDecoder::over(element_references(faces, corners.of_corner, count));
+  // (Places of loose corners are not used: nothing is around them, so nothing is placed.)
   point_of.resize(size_t{count} + elements.loose_corners);
   MAILLE_CHECK(read_tuples(in, references, {elements.positions, point_of}, count + elements.loose_corners,
                            octahedral, array));
@@ -320,7 +342,8 @@ Result<> decode_around(const PatchElements& elements, ArrayAround& around, ByteR
   return {};
 }
 
-/// Three numbers for each point are predicted as a place in space.
+/// Three numbers for each point are predicted as a place in space. Callers ask for mixing of positions only
+/// (5582ff6).
 bool is_mixable(const Array& array, const ArrayMaps& maps) {
   return array.domain == Domain::point && maps.maps.size() == 3 && !maps.octahedral;
 }
@@ -329,6 +352,8 @@ bool is_mixable(const Array& array, const ArrayMaps& maps) {
 constexpr uint8_t refined_flag = 32;
 
 /// Nothing where the steps of the maps are not for geometry.
+/// Positions mixed, as POSI 0 with coding 16: maps, details of refined doubles, exceptions, then what
+/// encode_mixed() writes. No value where the steps of the maps are not for geometry.
 template <class Code>
 std::optional<std::vector<std::byte>> encode_with_mixing(const PatchElements& elements, const Array& array,
                                                          const ArrayMaps& maps,
@@ -368,6 +393,7 @@ Result<> decode_with_mixing(const PatchElements& elements, std::span<const Numbe
   const size_t count = size_t{3} * elements.points;
   reserve_pages(storage, count * sizeof(Code));
   storage.resize(count * sizeof(Code));
+  // Numbers of the same size are made in place of their codes, so that no second array is needed.
   const std::span codes(reinterpret_cast<Code*>(storage.data()), count);
   MAILLE_CHECK(decode_mixed<Code>(elements, array.type, maps, bytes, codes, pace));
   if constexpr (sizeof(Code) == 8) {
@@ -409,11 +435,13 @@ Result<> decode_mixed_array(const PatchElements& elements, ByteReader& in, Array
   return read_exceptions(exceptions, array);
 }
 
-/// Normals that take more bits each are not those of the surface: other ways are tried.
+/// Normals that take more bits each are not those of the surface, so coding them as numbers is tried, too.
+/// Chosen, not swept: it only saves a trial where normals follow from the surface, which take far less.
 constexpr size_t most_bits_of_normals = 16;
 
 }  // namespace
 
+/// Without half-edges corners are those of the fans, which have no gaps.
 uint32_t PatchElements::corners() const {
   const uint32_t of_faces = surface->half_edges.size();
   return (of_faces == 0 && fans != nullptr ? static_cast<uint32_t>(fans->corners.size()) : of_faces) +
@@ -434,6 +462,7 @@ uint32_t PatchElements::count(Domain domain) const {
   return 0;
 }
 
+/// Fans have their faces already; after the front they come from half-edges.
 const CornerFaces& ArrayAround::faces() {
   if (!faces_)
     faces_ = elements_.fans != nullptr ? corner_faces(*elements_.fans) : corner_faces(*elements_.surface);
@@ -457,6 +486,8 @@ FanDecoder& ArrayAround::cells() {
   return *cells_;
 }
 
+/// Ways are tried in this order: mixing where it is wanted and can be done, normals by the surface, numbers
+/// by what is around.
 std::vector<std::byte> encode_array(const PatchElements& elements, const Array& array, const ArrayMaps& maps,
                                     std::span<const uint32_t> source, bool mixed, Pace* pace) {
   if (mixed && is_mixable(array, maps)) {

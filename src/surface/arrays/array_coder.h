@@ -43,14 +43,15 @@ struct PatchElements {
 };
 
 /// Codes an array whose tuples are numbered as in PatchElements: `source` gives for each of them its tuple in
-/// the array, none for gaps. Normals are coded by the surface where that is smaller. `mixed`: arrays that are
-/// like positions are mixed (MixedPositionCoder).
+/// the array, none for gaps. Normals are coded by the surface where that is smaller. `mixed`: an array that
+/// is like positions is mixed (MixedPositionCoder). `pace` is told of elements and may stop it, which the
+/// caller must ask; the bytes are of no use then.
 std::vector<std::byte> encode_array(const PatchElements& elements, const Array& array, const ArrayMaps& maps,
                                     std::span<const uint32_t> source, bool mixed, Pace* pace = nullptr);
 
-/// Inverse: appends nothing, fills `array.bytes` with tuples numbered as in PatchElements (gaps are zero).
-/// The array's description (domain, type, components) is known; for Domain::mesh so is its count. Safe on any
-/// bytes.
+/// Inverse: fills `array.bytes` with tuples numbered as in PatchElements (gaps are zero). The array's
+/// description (domain, type, components) is known; for Domain::mesh so is its count. Safe on any bytes.
+/// Errors: corrupt, cancelled.
 Result<> decode_array(const PatchElements& elements, Bytes bytes, uint64_t mesh_tuples, Array& array,
                       Pace* pace = nullptr);
 

@@ -12,6 +12,7 @@ namespace {
 
 using R = VertexReferences;
 
+/// Triangles need no links: their corners follow from remainders.
 void link_corners(CornerFaces& faces) {
   if (faces.offsets.empty()) return;
   faces.following.resize(faces.corners());
@@ -25,7 +26,10 @@ void link_corners(CornerFaces& faces) {
   }
 }
 
-/// Edges that run both ways between two points are glued, the newest first. Most points have few that wait.
+/// Edges that run both ways between two points are glued, the newest first, without a sort: corners wait in
+/// lists by point, and most points have few that wait. Edges that more faces share are glued by chance of
+/// order; predictions only need the same choice on both sides. Time is quadratic in the open edges of one
+/// point.
 void glue_corners(CornerFaces& faces) {
   const uint32_t count = faces.corners();
   faces.opposite.assign(count, none);
@@ -46,7 +50,7 @@ void glue_corners(CornerFaces& faces) {
   }
 }
 
-/// A parallelogram, a + b - across, and how good it is.
+/// A parallelogram, a + b - across, and how good it is: the first of an element names its place.
 struct Parallelogram {
   enum Quality : uint8_t { of_triangle, of_face, straight };
   uint32_t a, b, across;
@@ -54,7 +58,8 @@ struct Parallelogram {
 };
 constexpr unsigned most_parallelograms = 3;
 
-/// What predicts one element.
+/// What predicts one element: up to three parallelograms in the order in which faces come, and a known edge
+/// or neighbour where there is none.
 struct Around {
   std::array<Parallelogram, most_parallelograms> parallelograms;
   uint32_t first = none, second = none;  ///< a known edge, or one known neighbour
@@ -63,6 +68,7 @@ struct Around {
   void add(const Parallelogram& parallelogram) {
     if (count < most_parallelograms) parallelograms[count++] = parallelogram;
   }
+  /// The first known edge stays; one neighbour alone only as long as there is no edge.
   void see(uint32_t a, uint32_t b) {
     if (second != none) return;
     if (b != none) {
@@ -74,6 +80,8 @@ struct Around {
   }
 };
 
+/// Finds references, kinds and valences of elements from the faces alone, in one pass over the faces in coded
+/// order, as positions of fans have them from the walk. `element` is by corner. docs/format.md, 13.3.
 class ReferenceFinder {
  public:
   ReferenceFinder(const CornerFaces& faces, std::span<const uint32_t> element, uint32_t count)
@@ -98,8 +106,9 @@ class ReferenceFinder {
   }
 
  private:
-  /// The same for the three corners of a triangle from `first` on: only the newest element has one, and
-  /// the oldest sees nothing.
+  /// The same as look_at() for the three corners of a triangle from `first` on, in one look: only the newest
+  /// element has a parallelogram, and the oldest sees nothing. With other passes saved, decoding texture
+  /// coordinates takes 8 to 10 % fewer instructions (3581143).
   void look_at_triangle(uint32_t first) {
     const uint32_t* const of = element_.data() + first;
     for (unsigned k = 0; k < 3; ++k) ++result_.valences[of[k]];
@@ -137,7 +146,9 @@ class ReferenceFinder {
     }
   }
 
-  /// `over`: the corner from which the face on the other side runs from the point of j to that of i.
+  /// `over`: the corner from which the face on the other side runs from the point of j to that of i. If its
+  /// corners there are of other elements, a seam lies between, and what is across belongs to another piece of
+  /// the array.
   void add_parallelogram_across(uint32_t e, uint32_t i, uint32_t j, uint32_t over) {
     if (over == none || element_[over] != j || element_[faces_.next(over)] != i) return;
     const uint32_t across = element_[faces_.previous(over)];
@@ -162,6 +173,8 @@ class ReferenceFinder {
     }
   }
 
+  /// Kinds are those of fans, so that one coder serves both: place, a flag for which of two comes first, a
+  /// late triple.
   void describe(uint32_t e) {
     R& references = result_.references[e];
     uint8_t& kind = result_.kinds[e];
@@ -178,7 +191,9 @@ class ReferenceFinder {
     }
   }
 
-  /// The newer one of the first edge is the last, if no third parallelogram wants it as focus.
+  /// References have room for three parallelograms in the roles that fans gave them: gate, late and closing.
+  /// The closing one must share an element with the gate's edge, so it is chosen among the others, and
+  /// decides which end of the edge is the focus; else the newer end is `last`.
   static uint8_t of_parallelograms(Around around, R& references) {
     auto& parallelograms = around.parallelograms;
     bool swapped = parallelograms[0].a > parallelograms[0].b;
@@ -205,6 +220,7 @@ class ReferenceFinder {
     if (closing == 0) return kind_of(first_open_place + quality, swapped, around.count > 1);
     references.at[R::next] = parallelograms[2].a == focus ? parallelograms[2].b : parallelograms[2].a;
     references.at[R::next_opposite] = parallelograms[2].across;
+    // Two of the places that count as closing, and have a third parallelogram; the others stay unused.
     return kind_of(quality == Parallelogram::of_triangle ? 0 : 2, swapped, true);
   }
   /// One of the other two that has an element of the first one's edge; 0 for none.
@@ -275,6 +291,8 @@ FanSurface element_references(const CornerFaces& faces, std::span<const uint32_t
   return ReferenceFinder(faces, element, count).run();
 }
 
+/// A cell is expected as its newest neighbour before it is, or, where that pays, as fitted rows say of the
+/// three newest.
 FanSurface face_references(const CornerFaces& faces) {
   const uint32_t count = faces.faces();
   std::vector<uint32_t> face_of(faces.corners());
@@ -292,6 +310,7 @@ FanSurface face_references(const CornerFaces& faces) {
       const uint32_t other = faces.opposite[c] == none ? none : face_of[faces.opposite[c]];
       if (other >= f) continue;
       uint32_t left = other;
+      // Three newest neighbours, sorted by insertion; a neighbour across two edges counts once.
       for (uint32_t& at : known) {
         if (at == left) break;
         if (at == none || left > at) std::swap(at, left);

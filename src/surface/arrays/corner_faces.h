@@ -35,16 +35,20 @@ struct CornerFaces {
     if (!preceding.empty()) return preceding[c];
     return c % 3 == 0 ? c + 2 : c - 1;
   }
-  /// Faces that run the other way in PatchElements keep their first corner, the others change places.
+  /// Fills `number` for a surface in which these faces run the other way: they keep their first corner, the
+  /// others change places.
   void flip(const std::vector<bool>& flipped);
   bool is_triangle(uint32_t c) const { return following.empty() || next(next(next(c))) == c; }
   uint32_t number_of(uint32_t c) const { return number.empty() ? c : number[c]; }
 };
 
+/// From fans corners are numbered as they are, from half-edges each face begins at its lowest vertex: in each
+/// case what both sides have.
 CornerFaces corner_faces(const FanSurface& fans);
 CornerFaces corner_faces(const PatchSurface& surface);
 
-/// References, kinds and valences of elements on corners: `element` by corner, numbers below `count`.
+/// References, kinds and valences of elements on corners, for the coder of positions: `element` by corner,
+/// numbers below `count`. No faces are in the result. Damaged faces, with an element twice, do no harm.
 FanSurface element_references(const CornerFaces& faces, std::span<const uint32_t> element, uint32_t count);
 /// The same of the faces themselves.
 FanSurface face_references(const CornerFaces& faces);

@@ -8,28 +8,31 @@
 
 namespace maille {
 
-/// Looks at some faces of an array of normals to see how they may be coded.
+/// Looks at some faces of an array of normals to see how they may be coded. For encoders only: what it finds
+/// is written.
 template <class Code>
 class FacetSample {
  public:
   FacetSample(const PatchElements& elements, const std::vector<uint32_t>& face_of, Scalar type,
               const ArrayMaps& maps, std::span<Code> codes)
       : elements_(elements), codes_(type, maps, codes), face_(elements, face_of) {
-    // Enough to tell formulas apart, whose normals are mostly the same; few enough to try all of them.
+    // 512 faces are enough to tell formulas apart, whose normals are mostly the same, and few enough to try
+    // all 128 of them. Chosen, not swept.
     constexpr uint32_t most = 1 << 9;
     const uint32_t faces = elements.surface->face_count;
     for (uint32_t i = 0; i < std::min(faces, most); ++i)
       sample_.push_back(static_cast<uint32_t>(uint64_t{faces} * i / std::min(faces, most)));
   }
 
-  /// What is worth a trial.
+  /// What is worth a trial: the formula is chosen here, how corners were rounded is not, as only coding all
+  /// of it tells.
   std::vector<FacetCoding> candidates() {
     FacetCoding coding;
     coding.unit = are_unit();
     for (uint32_t cell = 0; cell < elements_.cells(); ++cell)
       coding.signed_zeros |= codes_.zero_signs(cell) != 0;
     coding.formula = choose_formula();
-    // Where nearly all are computed, nothing else counts.
+    // Where nearly all (63 of 64) are computed, nothing else counts, and one candidate is enough.
     coding.learns = count_computed(coding.formula) * 64 < sample_.size() * 63;
     std::vector<FacetCoding> candidates;
     for (unsigned step = 0; step < Rounding::step_count; ++step) {
@@ -45,6 +48,8 @@ class FacetSample {
   }
 
  private:
+  /// Vectors whose length is 1 to a percent: normals of floats, of few digits, or of a coarse lattice are
+  /// that near.
   static bool is_unit(const Vector3& v) { return std::fabs(dot(v, v) - 1) < 0.02; }
   bool are_unit() const {
     size_t units = 0;
@@ -76,8 +81,8 @@ class FacetSample {
     return agreement;
   }
 
-  /// The formula that gives most normals from any corner, and if several do, signs of zeros, and from few
-  /// different corners; then the side on which most are.
+  /// The formula that gives most normals from any corner; among equals signs of zeros count, then few
+  /// different corners, then the side.
   FacetFormula choose_formula() {
     FacetFormula best;
     int64_t highest = -1;
@@ -86,7 +91,8 @@ class FacetSample {
       int64_t score = 0;
       for (const uint32_t element : sample_) {
         const Agreement found = agreement(formula, element);
-        // In thirds of a bit: a normal is worth some 40, a choice between corners or signs one or two.
+        // In thirds of a bit, roughly: a normal is worth some 40 bits, a choice between corners or signs one
+        // or two.
         score += (found.same > 0 ? 120 + found.same : 0u) + (found.signs ? 4 : 0) + (found.side ? 1 : 0);
       }
       if (score <= highest) continue;
@@ -101,7 +107,8 @@ class FacetSample {
     return count;
   }
 
-  /// With which half of the normals that are not computed are within what half of all should be.
+  /// The scale with which half of the normals that are not computed lie within what half of all should:
+  /// distances are squared and in variances of a step of 1, so their median over 1.39 is the step's square.
   int16_t fitting_scale(const FacetCoding& coding) {
     const RoundedCorners corners(elements_.positions, coding.rounding, codes_.unit(0, 0.6));
     const double side = coding.formula.inward() ? -1 : 1;

@@ -19,6 +19,8 @@ Three<T> edge(const Three<T>& from, const Three<T>& to) {
   return {to[0] - from[0], to[1] - from[1], to[2] - from[2]};
 }
 
+/// Each order of subtraction and multiplication is spelled out, and none may be contracted, or the last bits
+/// differ.
 template <class T>
 Three<T> cross_product(const FacetFormula& formula, const Vector3& a, const Vector3& b, const Vector3& c) {
   const Three<T> origin = rounded<T>(a);
@@ -30,6 +32,7 @@ Three<T> cross_product(const FacetFormula& formula, const Vector3& a, const Vect
 
 template <class T>
 Vector3 over_its_length(const FacetFormula& formula, Three<T> n) {
+  // Without scaling, as the programs do whose normals these are. sqrt is rounded exactly by IEEE.
   const T length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
   if (!(length > 0) || std::isinf(length)) return {};
   const T factor = 1 / length;

@@ -8,8 +8,9 @@
 namespace maille {
 
 /// How a program computes the normal of a triangle: the cross product of two edges over its length. The last
-/// bits, and the signs of zeros, depend on how each step is rounded and on which way edges are subtracted.
-/// docs/format.md, "Normals of facets".
+/// bits, and the signs of zeros, depend on how each step is rounded and on which way edges are subtracted;
+/// seven bits tell them all apart. Normals that a formula gives take 0.01 to 0.6 bits in doubles, 0.3 to 1.2
+/// in floats (a6ba7ce). docs/format.md, 13.6.
 struct FacetFormula {
   static constexpr unsigned count = 128;
 

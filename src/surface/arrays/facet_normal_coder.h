@@ -26,7 +26,9 @@ struct FacetCoding {
 };
 
 /// Codes the normals of faces: as computed by the file's formula, or as a neighbour has it, or as it was met
-/// before in this direction, or apart from what corners before rounding give. One class for both directions.
+/// before in this direction, or apart from what corners before rounding give. One class serves both
+/// directions; a decoder's `codes` are filled as it goes. Candidates that were refused are not asked for
+/// again. Bits a facet, -5: 73416 13.2 to 5.3, featuretype 21.1 to 2.9 (a6ba7ce). docs/format.md, 13.6.
 template <class Coder, class Code>
 class FacetNormalCoder {
  public:
@@ -71,6 +73,7 @@ class FacetNormalCoder {
     Way way = Way::none;
   };
 
+  /// Everything that is computed from the file's numbers goes through this before it becomes an integer.
   static double between(double value, double low, double high) {
     return value > low ? value < high ? value : high : low;  // NaN is low
   }
@@ -91,6 +94,7 @@ class FacetNormalCoder {
       return;
     }
     // A face without area, or with many corners, or none: as one before.
+    // (Below, 1e-4 is a variance of a hundredth in each direction: next to nothing is known.)
     estimate_.normal = computed_count_ > 0 && is_unit(computed_[0]) ? computed_[0] : last_;
     for (unsigned a = 0; a < 3; ++a) {
       for (unsigned b = 0; b < 3; ++b) estimate_.covariance[a][b] = a == b ? 1e-4 : 0;
@@ -99,6 +103,8 @@ class FacetNormalCoder {
   double side() const { return coding_.formula.inward() ? -1 : 1; }
   static bool is_unit(const Vector3& v) { return std::fabs(dot(v, v) - 1) < 0.02; }
 
+  /// Were the neighbours computed, how far were they off, and how exact is the estimate: these are contexts
+  /// of all that follows.
   void find_context(uint32_t element) {
     const auto neighbours = face_.neighbours();
     around_ = 0;
@@ -118,6 +124,7 @@ class FacetNormalCoder {
         half_octaves_of(between(std::sqrt(between(variance, 0, 1e60)) / unit_, 1e-9, 1e30)), -20, 4, 16);
   }
 
+  /// Codes whether the normal is this one. Refused ones are remembered, as asking twice would cost bits.
   bool code_same(const Tuple& other, BitModel& model) {
     const bool same = model.code(coder_, Coder::encoding && tuple_ == other);
     if (same) {
@@ -131,7 +138,8 @@ class FacetNormalCoder {
     return std::find(refused_.begin(), refused_.end(), tuple) != refused_.end();
   }
 
-  /// What several corners give is one candidate; in the order of corners from the entry on.
+  /// A normal that some corners of the face give: what several give is one candidate. They stand in the order
+  /// of corners from the entry on.
   struct Candidate {
     Tuple tuple;
     unsigned zero_signs = 0;
@@ -151,6 +159,7 @@ class FacetNormalCoder {
     }
   };
 
+  /// Codes whether the normal is one that the formula gives, and if so, which.
   bool code_computed() {
     refused_.clear();
     base_ = none;
@@ -183,7 +192,8 @@ class FacetNormalCoder {
     if (candidate.corners == 1 && candidates.count > 1) base_ = face_.half_edge(candidate.corner);
     return candidate;
   }
-  /// Programs begin triangles at corners that have something in common.
+  /// Programs begin triangles at corners that have something in common: where the neighbour's base lies, and
+  /// how long the side opposite is.
   BitModel& base_model(const Candidates& candidates, unsigned i) {
     const Candidate& candidate = candidates.list[i];
     return base_model_[entry_state_][longer_sides(candidate.corner)][i][candidate.corners > 1]
@@ -251,7 +261,8 @@ class FacetNormalCoder {
 
   double distance(const Vector3& v) const { return between(squared_distance(v, estimate_, unit_), 0, 1e30); }
 
-  /// The normals of neighbours, nearest to the estimate first.
+  /// Asks for the normals of neighbours, those nearest to the estimate first; at most four, as faces have few
+  /// neighbours.
   bool code_neighbour() {
     std::array<std::pair<double, Tuple>, 4> candidates;
     unsigned count = 0;
@@ -272,6 +283,8 @@ class FacetNormalCoder {
     return false;
   }
 
+  /// Asks for normals that faces of the same direction had, or their mirror images: machine parts repeat
+  /// shapes.
   bool code_recalled() {
     if (computed_count_ == 0 || !is_unit(computed_[0])) return false;
     const NormalMemory::Bucket& bucket = memory_.at(computed_[0]);
@@ -300,6 +313,9 @@ class FacetNormalCoder {
     return static_cast<uint8_t>((v[0] < 0) | (v[1] < 0) << 1 | (v[2] < 0) << 2);
   }
 
+  /// Three numbers near the estimate. With unit length the largest component comes last and follows from the
+  /// others but for its sign and rounding. What the first component was off moves the mean of the second, by
+  /// their covariance.
   void code_components() {
     const Vector3& mean = estimate_.normal;
     const auto& covariance = estimate_.covariance;
@@ -318,6 +334,7 @@ class FacetNormalCoder {
     if (coding_.unit) return complete(a, b, last);
     code_number(last, mean[last], covariance[last][last], third_model_);
   }
+  /// The variance of rounding to the unit there.
   double noise(unsigned k, double value) const {
     const double unit = codes_.unit(k, value);
     return unit * unit / 12;
@@ -336,9 +353,12 @@ class FacetNormalCoder {
     code_number(last, turned != negative ? -left : left, variance, third_model_);
   }
 
-  /// Numbers are told apart by bins of half the spread, or one by one.
+  /// Classes of how many units the spread has. Numbers are told apart by bins of half the spread where that
+  /// is wide, else one by one.
   static constexpr unsigned widths = 8;
   using BinModels = std::array<OffsetModel, widths>;
+  // Offsets beyond are escapes with raw bits. Chosen, not swept: normals that far from the estimate have
+  // nothing to do with it.
   static constexpr int32_t most_bins = 1 << 12;
 
   /// Returns the variance, which is that given and that of rounding to the unit there.
@@ -360,6 +380,7 @@ class FacetNormalCoder {
     return variance;
   }
 
+  /// Differences wrap, so that any two codes have one.
   void code_one_by_one(unsigned k, Code middle, OffsetModel& model) {
     int32_t offset = 0;
     if constexpr (Coder::encoding) {
@@ -372,6 +393,7 @@ class FacetNormalCoder {
     tuple_[k] = wrapped_sum(middle, static_cast<Code>(offset));
   }
 
+  /// The bin, then the place in it, which is as good as evenly distributed.
   void code_in_bins(unsigned k, double mean, double width, OffsetModel& model) {
     const auto bound = [&](int32_t bin) {
       return codes_.nearest(k, mean + (static_cast<double>(bin) - 0.5) * width);
@@ -380,6 +402,7 @@ class FacetNormalCoder {
     if constexpr (Coder::encoding) {
       const double value = codes_.number(k, tuple_[k]);
       bin = static_cast<int32_t>(between((value - mean) / width, -most_bins, most_bins));
+      // The bin of the quotient may be off by rounding; bounds, which both sides compute alike, decide.
       while (bin >= -most_bins && tuple_[k] < bound(bin)) --bin;
       while (bin <= most_bins && tuple_[k] >= bound(bin + 1)) ++bin;
       if (tuple_[k] < bound(bin) || tuple_[k] >= bound(bin + 1)) bin = most_bins + 1;
@@ -395,6 +418,7 @@ class FacetNormalCoder {
     tuple_[k] = static_cast<Code>(static_cast<Bits>(low) + static_cast<Bits>(code_uniform(place, size)));
   }
 
+  /// All bits of the code, for what no bin holds; any bits are a code.
   void code_escaped(unsigned k) {
     auto bits = static_cast<std::make_unsigned_t<Code>>(tuple_[k]);
     if constexpr (sizeof(Code) == 8) {
@@ -406,7 +430,8 @@ class FacetNormalCoder {
     tuple_[k] = static_cast<Code>(bits);
   }
 
-  /// One of `size` values that are equally likely: ten bits of it without loss, the rest raw.
+  /// One of `size` values that are equally likely: ten bits of it without loss (their intervals are as equal
+  /// as 2^15 allows), the rest raw. Damaged bytes may give a value beyond `size`, which is cut.
   uint64_t code_uniform(uint64_t value, uint64_t size) {
     if (size <= 1) return 0;
     const unsigned length = bit_length(size - 1);
@@ -447,6 +472,7 @@ class FacetNormalCoder {
     return true;
   }
 
+  /// What later faces ask of this one, and what its normal tells of its corners.
   void keep(uint32_t element) {
     Kept& kept = kept_[element];
     kept.normal = codes_.numbers(tuple_);
@@ -482,6 +508,8 @@ class FacetNormalCoder {
   RoundedCorners corners_;
   NormalMemory memory_;
   std::vector<Kept> kept_;
+  /// Contexts of all models are those of docs/format.md, 13.6, by the same names; their classes were chosen,
+  /// and no sweep is recorded.
   BitModel computed_model_[16][4];
   BitModel base_model_[4][3][3][2][2];
   BitModel neighbour_model_[16][4];

@@ -20,7 +20,7 @@ namespace maille {
 // and the normals that were met.
 
 /// The corners of a face as its mesh has them, from the one at the lowest vertex on, and faces that came
-/// before at its edges.
+/// before at its edges. Half-edges are numbered differently on the two sides; the lowest vertex is the same.
 class FaceCorners {
  public:
   struct Neighbour {
@@ -76,6 +76,8 @@ class FaceCorners {
 /// each of a triangle, which its mesh may begin with, one for other faces.
 inline unsigned computed_normals(const FaceCorners& face, const FacetFormula& formula,
                                  std::array<Vector3, 3>& normals) {
+  // A triangle may have been begun at any corner by the program that computed its normal. Of larger faces
+  // nobody knows how, so they have the sum of their triangles' normals, without a formula.
   const size_t corners = face.points().size();
   if (corners == 3) {
     for (size_t i = 0; i < 3; ++i)
@@ -93,7 +95,8 @@ inline unsigned computed_normals(const FaceCorners& face, const FacetFormula& fo
   return 1;
 }
 
-/// Codes and numbers of an array of vectors.
+/// Codes and numbers of an array of vectors. Zeros of both signs are one tuple to the coder, as a sign is
+/// coded apart: programs compute -0 and +0 by the order of their operations.
 template <class Code>
 class VectorCodes {
  public:
@@ -144,6 +147,7 @@ class VectorCodes {
   /// The distance from the number nearest to a value to the next one.
   double unit(unsigned k, double value) const {
     const Code code = nearest(k, value);
+    // Unsigned, as the next code may wrap; the result is bounded whatever its number is.
     const auto next = static_cast<Code>(static_cast<std::make_unsigned_t<Code>>(code) + 1);
     const double unit = std::fabs(number(k, next) - number(k, code));
     return unit > 1e-60 && unit < 1e60 ? unit : 1e-60;
@@ -165,6 +169,8 @@ class VectorCodes {
     }
     return tuple;
   }
+  /// Codes of ordered bits and digits count from both sides of zero, so that ~code is the number of the other
+  /// sign; others are looked up.
   Code negated(unsigned k, Code code) const {
     const NumberMap& map = maps_[k];
     if (map.table.empty() && map.is_curved()) return static_cast<Code>(~code);
@@ -178,7 +184,8 @@ class VectorCodes {
 };
 
 /// Normals that were met, by the directions that faces have: in machine parts the same shape comes again,
-/// also as a mirror image along the axes. Elements are stored; their signs are those of their faces.
+/// also as a mirror image along the axes. Elements are stored; their signs are those of their faces. A place
+/// in the table forgets when another direction comes, so it needs no clearing and no search.
 class NormalMemory {
  public:
   static constexpr unsigned ways = 3;

@@ -11,7 +11,8 @@
 namespace maille {
 
 /// Codes which corners of a point hold the same tuple: first which points have a cut, then, for the edges at
-/// these, whether the corners on both sides are joined. docs/format.md, "Corners".
+/// these, whether the corners on both sides are joined. Most points have none, so most edges cost nothing.
+/// Sets are kept by union and find. docs/format.md, "Corners".
 template <class Coder>
 class JointCoder {
  public:
@@ -28,9 +29,11 @@ class JointCoder {
   /// two corners do.
   template <class Same>
   std::vector<uint32_t> code(Same same) {
+    // Two passes over the edges instead of a list of joints, which would have to be kept (3581143).
     std::vector<uint8_t> cut(faces_.point_count), joints(faces_.point_count);
     for_each_joint([&](const Joint& joint) {
       const uint32_t point = faces_.points[joint.a];
+      // Counts of joints saturate: only small ones are contexts.
       joints[point] = static_cast<uint8_t>(joints[point] + (joints[point] < 255));
       if constexpr (Coder::encoding) cut[point] |= !same(joint.a, joint.b);
     });
@@ -49,7 +52,8 @@ class JointCoder {
     bool at_end;    ///< of that edge
   };
 
-  /// The lowest corner of a set stands for it.
+  /// The lowest corner of a set stands for it, the same on both sides. Paths are halved on the way, so this
+  /// stays short.
   uint32_t root(uint32_t c) {
     while (parent_[c] != c) c = parent_[c] = parent_[parent_[c]];
     return c;
@@ -87,6 +91,7 @@ class JointCoder {
       if (joints[p] == 0) continue;
       const auto& at = around_.references[p].at;
       const auto state = [&](unsigned r) { return at[r] < p ? unsigned{cut[at[r]]} : 0u; };
+      // Cuts run along seams, from neighbour to neighbour. Points that come later count as uncut.
       BitModel& model = cut_[4 * state(R::last) + 2 * state(R::focus) + state(R::before)];
       cut[p] = model.code(coder_, cut[p] != 0);
     }
@@ -108,6 +113,8 @@ class JointCoder {
         const uint32_t end = faces_.points[joint.at_end ? joint.edge : faces_.next(joint.edge)];
         if constexpr (Coder::encoding) joined = same(joint.a, joint.b);
         const unsigned rest = left[point] < 4 ? left[point] - 1u : 3u;
+        // What the edge's first end did, whether its other end has a cut at all, how many cuts the point has
+        // had (two are enough for a seam), and how many joints are left to it.
         const unsigned context = ((before * 2 + cut[end]) * 3 + cuts[point]) * 4 + rest;
         joined = joint_[context].code(coder_, joined);
         cuts[point] = static_cast<uint8_t>(cuts[point] + (!joined && cuts[point] < 2));

@@ -16,7 +16,8 @@
 namespace maille {
 namespace {
 
-// Elements a coding is tried on: enough to fill the models, few enough to try several.
+// So many elements a coding is tried on: enough to fill the models, few enough to try several. Chosen, not
+// swept.
 constexpr uint32_t trial_elements = 1 << 15;
 
 template <class Code>
@@ -34,7 +35,8 @@ bool is_facet_normal(const PatchElements& elements, const Array& array, const Ar
   return is_normal(elements, array) && array.domain == Domain::cell && !maps.octahedral;
 }
 
-/// Stands where normals are coded, and measures how far they are from those expected.
+/// Stands where normals are coded, and measures how far they are from those expected: the sum of half octaves
+/// of the distance, as bits go with its logarithm.
 template <class Code>
 class NormalMeasure {
  public:
@@ -49,6 +51,7 @@ class NormalMeasure {
     for (const bool summed : {false, true}) {
       for (const bool inward : {false, true}) {
         const Vector3 towards = (summed ? expected.vector : unit) * (inward ? -1.0 : 1.0);
+        // Below this all are exact; the logarithm of 0 would rule the sum.
         double error = 1e-9;
         for (unsigned k = 0; k < 3; ++k) error = std::max(error, std::fabs(value[k] - towards[k]));
         errors_[summed][inward] += half_octaves_of(std::min(error, 1e30));
@@ -96,12 +99,13 @@ std::vector<NormalCoding> normal_candidates(const PatchElements& elements,
       best.welded = welded;
     }
   };
-  // One face has one normal, whatever its weight.
+  // A face has one normal whatever its weight, so one measure is enough.
   const unsigned weights = array.domain == Domain::cell ? 1 : normal_weight_count;
   for (unsigned weight = 0; weight < weights; ++weight) measure(weight, false);
   if (array.domain == Domain::point || !elements.twins.empty()) measure(best.weight, true);
   NormalCoding following = best;
   following.follows = true;
+  // The best expectation, the same with what neighbours have beside theirs, and none at all.
   return {best, following, {NormalCoding::own, unit}};
 }
 
@@ -132,6 +136,7 @@ ArrayCoding choose_coding(const PatchElements& elements, const std::vector<uint3
   return best;
 }
 
+/// The maps of a stream of normals; with `octahedral` two of whole numbers, which are not in the file.
 Result<ArrayMaps> read_maps(ByteReader& in, const Array& array, bool octahedral) {
   ArrayMaps maps;
   if (!octahedral) {
@@ -148,7 +153,8 @@ Result<ArrayMaps> read_maps(ByteReader& in, const Array& array, bool octahedral)
   return maps;
 }
 
-/// The place of a number in coded order, which is the only one that both sides share for every domain.
+/// The place of a number in coded order, which is the only one that both sides share for every domain:
+/// corners are numbered by half-edges.
 struct NumberPlace {
   uint64_t coded;
   uint64_t stored;  ///< tuple * components + component in the array
@@ -185,6 +191,7 @@ Result<> read_exceptions(Bytes bytes, ElementWalk walk, uint64_t tuples, Array& 
   uint64_t left = in.get_count();
   uint64_t next = left > 0 ? in.get_count() : 0;
   uint64_t coded = 0;
+  // The walk visits elements once, in coded order, so a list of any length takes linear time.
   const auto take = [&](uint32_t element, const ElementStencil&) {
     for (uint32_t k = 0; k < array.components; ++k, ++coded) {
       if (left == 0 || coded != next) continue;
@@ -231,6 +238,7 @@ void put_exceptions(ByteWriter& out, const PatchElements& elements, const std::v
   out.put_bytes(exceptions.bytes());
 }
 
+/// Three fields: formula, flags with the step in the lowest two bits, scale (13.6).
 void write_facet_coding(ByteWriter& out, const FacetCoding& coding) {
   out.put(coding.formula.bits);
   out.put(static_cast<uint8_t>(static_cast<unsigned>(coding.rounding.step) | unsigned{coding.learns} << 2 |
@@ -254,11 +262,13 @@ std::optional<FacetCoding> read_facet_coding(ByteReader& in) {
   return coding;
 }
 
+/// Everything of a stream but its choice of 32 or 64 bits: head, maps, exceptions, codes.
 template <class Code>
 std::vector<std::byte> encode_as(const PatchElements& elements, const Array& array, const ArrayMaps& maps,
                                  std::span<const uint32_t> source, Pace* pace) {
   std::vector<Code> codes(source.size() * maps.maps.size());
   for (size_t i = 0; i < source.size(); ++i) {
+    // Gaps have codes of 0, which nobody looks at.
     if (source[i] != none) fill_codes(array, maps, source[i], codes.data() + i * maps.maps.size());
   }
   const std::vector<uint32_t> face_of = faces_of_half_edges(*elements.surface, array.domain);
@@ -300,7 +310,8 @@ Result<> store_numbers(Array& array, std::span<const NumberMap> maps, std::vecto
   return {};
 }
 
-/// The same where many elements have the tuple of another one: each is computed once. `tuple_of`: by element.
+/// The same where many elements have the tuple of another one, as corners do: each is computed once.
+/// `tuple_of`: by element.
 template <class Code>
 void store_distinct(Array& array, std::span<const NumberMap> maps, std::span<const uint32_t> tuple_of,
                     std::span<const Code> codes) {
@@ -347,6 +358,7 @@ Result<> decode_as(const PatchElements& elements, const ArrayCoding& coding, con
                    "array \"" + array.name + "\" has more tuples than its stream can hold");
   }
   std::vector<std::byte> storage;
+  // Bounded by the check above, and by the decoded topology, of which there are so many elements.
   reserve_pages(storage, tuples * maps.maps.size() * sizeof(Code));
   storage.resize(tuples * maps.maps.size() * sizeof(Code));
   const std::span codes(reinterpret_cast<Code*>(storage.data()), tuples * maps.maps.size());

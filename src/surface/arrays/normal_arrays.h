@@ -15,10 +15,11 @@ inline constexpr uint8_t facet_coding = 9;
 /// Normals that a surface may predict.
 bool is_normal(const PatchElements& elements, const Array& array);
 
-/// As encode_array(), of normals.
+/// As encode_array(), of an array for which is_normal() holds: tries what may fit on some elements, and codes
+/// all with the smallest. Half-edges must have been built.
 std::vector<std::byte> encode_normals(const PatchElements& elements, const Array& array,
                                       const ArrayMaps& maps, std::span<const uint32_t> source, Pace* pace);
-/// Inverse. Safe on any bytes.
+/// Inverse. Safe on any bytes. Errors: corrupt, cancelled.
 Result<> decode_normals(const PatchElements& elements, Bytes bytes, Array& array, Pace* pace);
 
 }  // namespace maille

@@ -19,7 +19,8 @@ struct ArrayCoding {
   std::optional<FacetCoding> facet;
 };
 
-/// Which normals are expected, where the array has some.
+/// Which normals are expected, where the array has some. Made once for an array; all lookups are by decoded
+/// positions, so both sides have the same.
 class ExpectedNormals {
  public:
   ExpectedNormals(const PatchElements& elements, const std::vector<uint32_t>& face_of, Domain domain,
@@ -38,6 +39,8 @@ class ExpectedNormals {
   ExpectedNormal of_face(uint32_t face) const {
     return surface_ && face < faces_ ? surface_->of_face(face) : ExpectedNormal{};
   }
+  /// A wedge expects the sum of its own faces; in a welded mesh all wedges of a point expect that of the
+  /// whole point, and the one before is the twin.
   ExpectedNormal of(const Wedge& wedge, const PatchSurface& surface) {
     if (!surface_ || wedge.corners.empty()) return {};
     if (latest_.empty()) return surface_->of_wedge(wedge.corners);
@@ -46,7 +49,8 @@ class ExpectedNormals {
     expected.twin = std::exchange(latest_[point], wedge.corners.front());
     return expected;
   }
-  /// How sharp the edge between two corners is, 0 to 5.
+  /// How sharp the edge between two corners is, 0 to 5: 0 if no surface is asked, else classes of 1 - cosine.
+  /// The bounds are those of the format; chosen, not swept.
   unsigned sharpness(const CornerPair& pair) const {
     if (!surface_) return 0;
     const double turn = 1 - surface_->cosine(pair.corner, pair.next);
@@ -60,7 +64,7 @@ class ExpectedNormals {
   uint32_t faces_ = 0;
 };
 
-/// Tuples of points on the corners of a welded mesh: those of one twin are one.
+/// Tuples of points on the corners of a welded mesh: those of one twin are one tuple, so each is coded once.
 class KnownTwins {
  public:
   explicit KnownTwins(std::span<const uint32_t> twins)
@@ -86,7 +90,8 @@ class KnownTwins {
   std::vector<uint32_t> first_;  ///< by twin
 };
 
-/// Codes which corners of a vertex hold the same tuple.
+/// Codes which corners of a vertex hold the same tuple. What the edge's other end did, how sharp it is and
+/// the last two decisions are the context: seams run on, and lie at sharp edges.
 template <class Coder, class Code>
 class CornerJoints {
  public:
@@ -102,6 +107,7 @@ class CornerJoints {
   bool code(const CornerPair& pair, unsigned sharpness) {
     if (twins_.are_one(pair.corner, pair.next)) return true;
     const uint32_t a = twins_.known(pair.corner), b = twins_.known(pair.next);
+    // Both tuples are known by their twins, so nothing needs to be said.
     if (a != none && b != none) return same(a, b);
     const unsigned far = pair.far_corner == none ? 0 : same(pair.far_corner, pair.far_next) ? 1 : 2;
     bool joined = false;

@@ -8,7 +8,7 @@
 namespace maille {
 namespace {
 
-/// 2^(half / 2), or 3/4 of that for odd ones.
+/// 2^(half / 2); for odd ones 1.5 * 2^floor(half / 2), as 1.5 is exact where the square root of 2 is not.
 double half_octave(int half) {
   const int octave = half >> 1;
   double power = 1;
@@ -17,7 +17,8 @@ double half_octave(int half) {
   return (half & 1) != 0 ? 1.5 * power : power;
 }
 
-/// The power of `base` at or below a size.
+/// The power of `base` at or below a size, by multiplication, as pow() and log() differ between machines.
+/// Sizes are 1e-30 / 65536 to 1e30, so the loops are short.
 double power_below(double size, double base) {
   double power = 1;
   while (power * base <= size) power *= base;
@@ -41,6 +42,8 @@ unsigned largest_component(const Vector3& v) {
   return largest;
 }
 
+/// Mahalanobis' distance, squared, in the plane of the two smaller components: the third follows from these.
+/// The determinant is kept off 0, as estimates of flat neighbourhoods are nearly singular.
 double squared_distance(const Vector3& v, const NormalEstimate& estimate, double unit) {
   // In the plane of the two smaller components.
   const unsigned last = largest_component(estimate.normal);
@@ -68,6 +71,7 @@ RoundedCorners::RoundedCorners(std::span<const Vector3> positions, const Roundin
       const double size = std::clamp(std::fabs(positions[i][k]), largest * least_part, largest);
       const double step =
           rounding.step == Rounding::Step::fixed ? unit_step : unit_step * power_below(size, base);
+      // What was rounded to a step is off by up to half of it, evenly: that has a variance of step^2 / 12.
       corners_[i].variances[diagonal[k]] = step * step / 12;
     }
   }
@@ -76,6 +80,7 @@ RoundedCorners::RoundedCorners(std::span<const Vector3> positions, const Roundin
 RoundedCorners::Joint RoundedCorners::joint_of(std::span<const uint32_t> corners) const {
   Joint joint;
   joint.count = static_cast<unsigned>(corners.size());
+  // Corners are independent of each other at first: what they have in common is not kept.
   joint.covariance = {};
   for (unsigned i = 0; i < joint.count; ++i) {
     const Corner& corner = corners_[corners[i]];
@@ -91,7 +96,9 @@ RoundedCorners::Joint RoundedCorners::joint_of(std::span<const uint32_t> corners
   return joint;
 }
 
-/// The edge is at right angles to the neighbour's normal.
+/// The edge is at right angles to the neighbour's normal: a Kalman update by the measurement n . (to - from)
+/// = 0, whose own variance is that of the normal's rounding times the edge's length squared. `reach` is the
+/// covariance of each coordinate with it.
 void RoundedCorners::condition(Joint& joint, const Neighbour& neighbour) const {
   const unsigned from = neighbour.edge;
   const unsigned to = from + 1 < joint.count ? from + 1 : 0;
@@ -106,6 +113,7 @@ void RoundedCorners::condition(Joint& joint, const Neighbour& neighbour) const {
   const Vector3 edge = joint.places[to] - joint.places[from];
   double variance = dot(edge, edge) * unit_variance_;
   for (unsigned k = 0; k < 3; ++k) variance += n[k] * (reach[3 * to + k] - reach[3 * from + k]);
+  // Such bounds keep quotients finite; NaN fails them, too.
   if (!(variance > 1e-280) || !(variance < 1e280)) return;
   const double gain = -dot(n, edge) / variance;
   for (unsigned i = 0; i < joint.count; ++i) {
@@ -117,6 +125,9 @@ void RoundedCorners::condition(Joint& joint, const Neighbour& neighbour) const {
   }
 }
 
+/// The normal of a polygon is the sum of its triangles' cross products over its length. Its derivative by a
+/// corner lifted along the normal is the cross product with the diagonal between the corner's neighbours,
+/// over the same length.
 RoundedCorners::Turns RoundedCorners::turns_of(const Joint& joint) {
   Turns turns;
   Vector3 sum;
@@ -135,6 +146,8 @@ RoundedCorners::Turns RoundedCorners::turns_of(const Joint& joint) {
   return turns;
 }
 
+/// The corners' covariance, carried through that derivative. Only what lies along the normal turns it; shifts
+/// within the plane do not.
 std::array<Vector3, 3> RoundedCorners::covariance_of(const Joint& joint, const Turns& turns) {
   std::array<Vector3, 3> covariance;
   const Vector3& n = turns.normal;

@@ -51,8 +51,11 @@ class RoundedCorners {
   /// `unit`: the distance between numbers of normals, of those near 1/2.
   RoundedCorners(std::span<const Vector3> positions, const Rounding& rounding, double unit);
 
+  /// What the normal of a face with these corners should be; 0 where it has more than most_corners, or no
+  /// area. Changes nothing.
   NormalEstimate estimate(std::span<const uint32_t> corners, std::span<const Neighbour> neighbours) const;
-  /// `units`: by component, the distance between numbers there.
+  /// Moves the corners to where this normal says that they were. `units`: by component, the distance between
+  /// numbers there.
   void learn(std::span<const uint32_t> corners, const Vector3& normal, const Vector3& units);
 
  private:

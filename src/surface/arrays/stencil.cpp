@@ -56,6 +56,7 @@ void find_triangle_stencil(const PatchSurface& surface, uint32_t vertex, Element
   const uint32_t* const opposite = surface.half_edges.opposite.data();
   const auto point_before = [&](uint32_t h) {
     const uint32_t other = origin[h];
+    // Dummies have no entry in point_of, so an index that is there is read for what is not known.
     const uint32_t point = WithPoints ? surface.point_of[other < vertex ? other : vertex] : other;
     return other < vertex ? point : none;
   };
@@ -71,6 +72,7 @@ void find_triangle_stencil(const PatchSurface& surface, uint32_t vertex, Element
     const uint32_t previous = point_before(previous_edge);
     const uint32_t over = opposite[next_edge];
     const uint32_t across = point_before(over % 3 == 0 ? over + 2 : over - 1);
+    // Written before it is known whether it counts: ElementStencil has one to spare.
     stencil.parallelograms[count] = {next, previous, across};
     const auto known = static_cast<unsigned>((next != none) & (previous != none) & (across != none));
     count += known & static_cast<unsigned>(count < ElementStencil::most_parallelograms);

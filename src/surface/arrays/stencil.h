@@ -14,7 +14,8 @@ struct Parallelogram {
   uint32_t across;
 };
 
-/// What is known around an element (a point, a corner, a face) when it is coded, by element numbers.
+/// What is known around an element (a point, a corner, a face) when it is coded, by element numbers. The
+/// order of parallelograms is that of corners around the element, the same on both sides.
 struct ElementStencil {
   static constexpr unsigned most_parallelograms = 5;
 

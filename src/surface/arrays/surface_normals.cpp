@@ -20,7 +20,8 @@ constexpr auto odd_reciprocals = [] {
   return table;
 }();
 
-/// atan(x) for 0 <= x: halved three times to at most tan(pi / 16), then its series.
+/// atan(x) for 0 <= x: halved three times to at most tan(pi / 16), then its series up to x^23, as libm's
+/// functions differ between machines. The first term left out is below 0.2^25 / 25.
 double arc_tangent(double x) {
   for (int i = 0; i < 3; ++i) x = x / (1 + std::sqrt(1 + x * x));
   const double square = x * x;
@@ -29,7 +30,8 @@ double arc_tangent(double x) {
   return 8 * x * sum;
 }
 
-/// The angle between two vectors, 0 to pi: half of it has this tangent.
+/// The angle between two vectors, 0 to pi: half of it has the tangent |u x v| / (|u| |v| + u.v), which is
+/// exact for small angles, too, where an arc cosine is not.
 double angle_between(const Vector3& u, const Vector3& v) {
   const double sine = length_of(cross(u, v));
   const double cosine = dot(u, v);
@@ -38,6 +40,7 @@ double angle_between(const Vector3& u, const Vector3& v) {
   return 2 * arc_tangent(sine / below);
 }
 
+/// Positions that are not finite count as 0, so that nothing of them spreads.
 Vector3 finite(Vector3 v) {
   for (double& x : v.x) {
     if (!std::isfinite(x)) x = 0;
@@ -65,7 +68,8 @@ const Vector3& SurfaceNormals::position(uint32_t h) const {
   return positions_[surface_.point(surface_.half_edges.origin[h])];
 }
 
-/// A fan of triangles around the corner of the lowest vertex.
+/// A fan of triangles around the corner of the lowest vertex, as first corners differ between the two sides.
+/// For plane faces any corner gives twice the area along the normal.
 Vector3 SurfaceNormals::cross_of_face(uint32_t face) const {
   const HalfEdges& edges = surface_.half_edges;
   const uint32_t apex = lowest_corner_of(surface_, face);
@@ -80,13 +84,16 @@ Vector3 SurfaceNormals::cross_of_face(uint32_t face) const {
   return sum;
 }
 
+/// Where all normals agree, the sum is as long as its parts are together; the spread grows from 0 to 1 as
+/// they disagree.
 ExpectedNormal SurfaceNormals::Sum::expected() const {
   const double gap = length - length_of(vector);
   const double spread = length > 0 ? std::sqrt(std::max(gap, 0.0) / length) : 0;
   return {vector, spread};
 }
 
-/// Positions are rounded to some step; that turns a face by the step times its longest edge over its area.
+/// Positions are rounded to some step, which for floats grows with their distance from the origin; that turns
+/// a face by the step times its longest edge over its area.
 ExpectedNormal SurfaceNormals::of_face(uint32_t face) const {
   const HalfEdges& edges = surface_.half_edges;
   double longest = 0;
@@ -104,6 +111,7 @@ ExpectedNormal SurfaceNormals::of_face(uint32_t face) const {
   return {crosses_[face], turn};
 }
 
+/// Weights as in docs/format.md, 13.5; faces without area say nothing.
 void SurfaceNormals::add(uint32_t corner, uint32_t face, Sum& sum) const {
   const HalfEdges& edges = surface_.half_edges;
   const Vector3& normal = crosses_[face];
@@ -129,6 +137,7 @@ void SurfaceNormals::add(uint32_t corner, uint32_t face, Sum& sum) const {
 void SurfaceNormals::weld(const std::vector<Sum>& sums, std::vector<ExpectedNormal>& expected) const {
   std::vector<uint32_t> order(sums.size());
   for (uint32_t i = 0; i < order.size(); ++i) order[i] = i;
+  // By place, then by number: a total order, as positions are finite (-0 and +0 are one place).
   std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
     const auto& at = positions_[a].x;
     const auto& other = positions_[b].x;
@@ -190,6 +199,7 @@ std::vector<Vector3> positions_as_doubles(const Array& positions) {
   return result;
 }
 
+/// The encoder predicts from what the decoder will have, not from the source, wherever there is loss.
 std::vector<Vector3> decoded_positions(const Array& positions, const ArrayMaps& maps,
                                        std::span<const uint32_t> source) {
   const size_t size = size_of(positions.type);

@@ -27,8 +27,8 @@ struct ExpectedNormal {
 };
 
 /// Normals of the faces of a patch from its decoded positions, in the orientation of the mesh, and their sums
-/// around points and in wedges of corners. Doubles in a fixed order: the same everywhere.
-/// docs/format.md, "Normals".
+/// around points and in wedges of corners. Doubles in a fixed order: the same everywhere. `elements` and
+/// `face_of` must stay. docs/format.md, 13.5.
 class SurfaceNormals {
  public:
   /// `elements` has positions.

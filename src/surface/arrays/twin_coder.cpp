@@ -12,7 +12,7 @@
 namespace maille {
 namespace {
 
-/// Both directions; `Twins` says what the encoder knows.
+/// Codes the twin of each corner, in both directions, wedge by wedge. `known_` says what the encoder knows.
 template <class Coder>
 class TwinCoder {
  public:
@@ -52,7 +52,7 @@ class TwinCoder {
     return elements;
   }
 
-  /// Twins have counted from 0 at each point.
+  /// Twins have counted from 0 at each point; now all of them are numbered, point by point.
   void number_by_point() {
     uint32_t first = 0;
     for (uint32_t& count : count_) first += std::exchange(count, first);
@@ -77,6 +77,7 @@ class TwinCoder {
     const double turn = 1 - normals_.cosine(pair.corner, pair.next);
     return unsigned{turn > 1e-6} + unsigned{turn > 0.01} + unsigned{turn > 0.1} + unsigned{turn > 0.5};
   }
+  /// Seams run on, lie at sharp edges, and between blocks: these are the contexts.
   bool code_joint(const CornerPair& pair) {
     const bool other_block =
         topology_.block_of_face(face_of_[pair.corner]) != topology_.block_of_face(face_of_[pair.next]);
@@ -100,12 +101,14 @@ class TwinCoder {
     }
     return number;
   }
+  /// The encoder's numbers of twins are any; here they become those in which twins come up at their point.
   uint32_t known_number(uint32_t twin, uint32_t next) {
     if (twin >= number_of_.size()) number_of_.resize(size_t{twin} + 1, none);
     if (number_of_[twin] == none) number_of_[twin] = next;
     return number_of_[twin];
   }
-  /// Below `count`, from its highest bit on; what is beyond is the last one.
+  /// A number below `count`, from its highest bit on, with a model for each bit; damaged bytes may give one
+  /// beyond, which counts as the last.
   uint32_t code_old(uint32_t count, uint32_t number) {
     uint32_t coded = 0;
     for (unsigned bit = bit_length(count - 1); bit-- > 0;)
