@@ -10,7 +10,7 @@
 namespace maille {
 namespace {
 
-/// Cells that become so many pieces.
+/// A stretch of `places` whose cells become so many pieces.
 struct Range {
   size_t begin = 0, end = 0;
   uint64_t pieces = 1;
@@ -31,17 +31,19 @@ struct Box {
   }
 };
 
-/// Where a cell is along the axis; those at one place by their numbers.
+/// Where a cell is along the axis; those at one place by their numbers. So the order is total, and a cut can
+/// run through cells at one place.
 using Along = std::pair<float, uint32_t>;
 
-/// Equal steps along an axis.
+/// Equal steps along an axis, for a histogram: 1,024 of them make the sorted part a thousandth of the range
+/// where cells lie evenly, in 4 KiB for each stretch.
 class Steps {
  public:
   static constexpr size_t count = 1024;
   Steps(float low, float high) : low_(low), scale_(static_cast<float>(count) / (high - low)) {
     if (!std::isfinite(scale_)) scale_ = 0;
   }
-  /// Never falls where x rises. `x`: from low to high.
+  /// The step of x, which never falls where x rises, rounding included. `x`: from low to high.
   size_t operator()(float x) const {
     return std::min(static_cast<size_t>(static_cast<int32_t>((x - low_) * scale_)), count - 1);
   }
@@ -51,7 +53,8 @@ class Steps {
 };
 using Histogram = std::array<uint32_t, Steps::count>;
 
-/// A plane between two middles that follow one another along the axis.
+/// A plane between two middles that follow one another along the axis. Where both are at one place, the
+/// number of the cell decides.
 Bisection::Cut cut_between(Along below, Along above, unsigned axis) {
   // Of a lattice a sample may have missed layers between them: a cut must not run through one of these, where
   // rounding would decide. No small multiple of the golden section is near a whole number.
@@ -70,7 +73,8 @@ struct Halves {
   Bisection::Cut cut;
 };
 
-/// Halves ranges. What a range needs is found in stretches of so many cells, whoever does them.
+/// Halves ranges. What a range needs is found in stretches of so many cells, whoever does them. 65,536 cells:
+/// enough work for a task, and small pieces go side by side instead.
 class Halver {
  public:
   static constexpr size_t stretch = size_t{1} << 16;
@@ -78,7 +82,8 @@ class Halver {
   Halver(std::span<const Middle> middles, std::vector<uint32_t>& places)
       : middles_(middles), places_(places), spare_(places.size()) {}
 
-  /// Puts the cells below the cut before the others. Ranges may be halved side by side.
+  /// Puts the cells below the cut before the others; both keep their order. Ranges may be halved side by
+  /// side, as each uses its own part of the lists.
   Halves halve(const Range& range, Executor& executor) {
     const Box box = box_of(range, executor);
     const unsigned axis = longest_axis(box.low, box.high);
@@ -124,6 +129,7 @@ class Halver {
 
   /// The cells from the one before place.first to that before place.last, sorted, and some more; `before` is
   /// how many are left out before them. Few need to be sorted, since a histogram tells the steps they are on.
+  /// Where all cells are on one step, all of them are looked at, by nth_element in linear time.
   std::vector<Along> near_cut(const Range& range, unsigned axis, const Steps& steps, const CutPlace& place,
                               uint64_t& before, Executor& executor) {
     std::vector<Histogram> counts(stretches(range), Histogram{});
@@ -155,7 +161,8 @@ class Halver {
     return near;
   }
 
-  /// Both sides stay in their order.
+  /// Moves the cells below the cut before the others. Both sides stay in their order: offsets of each stretch
+  /// are sums of counts, so that threads write side by side.
   void part(const Range& range, unsigned axis, Along above, Executor& executor) {
     const auto is_below = [&](uint32_t place) { return along(place, axis) < above; };
     std::vector<size_t> ends(stretches(range) + 1);  // of the cells below in each stretch
@@ -178,7 +185,8 @@ class Halver {
   std::vector<uint32_t> spare_;
 };
 
-/// Large ranges by all threads one after the other, small ones side by side; those not cut stay empty.
+/// Halves all ranges of one depth: large ones by all threads one after the other, small ones side by side;
+/// those not cut stay empty.
 std::vector<Halves> halve_all(Halver& halver, const std::vector<Range>& ranges, Executor& executor) {
   constexpr size_t large = 4 * Halver::stretch;
   std::vector<Halves> halves(ranges.size());
@@ -198,6 +206,7 @@ void Bisection::set_side(size_t side, uint32_t to) {
   if (side != no_side) cuts[side / 2].sides[side % 2] = to;
 }
 
+/// The loop ends at a leaf: ~ of a piece is no number of a cut, as long as there are fewer than 2^31 pieces.
 uint32_t Bisection::piece_of(const Middle& middle) const {
   uint32_t at = cuts.empty() ? ~uint32_t{0} : 0;
   while (at < cuts.size()) {
@@ -209,6 +218,7 @@ uint32_t Bisection::piece_of(const Middle& middle) const {
   return ~at;
 }
 
+/// Each level halves the pieces of a range, so that the loop ends after their logarithm.
 Bisection bisect(std::span<const Middle> middles, uint64_t pieces, Executor& executor) {
   Bisection found;
   if (middles.empty()) return found;

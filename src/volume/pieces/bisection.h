@@ -10,13 +10,14 @@
 
 namespace maille {
 
-/// The middle of a cell's corners.
+/// The middle of a cell's corners, in floats: cuts need no more, and it is what memory is taken by.
 struct Middle {
   std::array<float, 3> at;
   uint32_t cell;
 };
 
-/// Cells, or a sample of them, cut into pieces by planes.
+/// Cells, or a sample of them, cut into pieces by planes: a binary tree of cuts, whose leaves are the pieces.
+/// piece_of() takes any cell to its piece in as many steps as the tree is deep.
 struct Bisection {
   /// A plane: below it are cells whose middle is below `value`, and those at it whose number is below `cell`.
   struct Cut {
@@ -37,10 +38,12 @@ struct Bisection {
 
   /// A side of a cut is 2 x its number, + 1 for that above.
   static constexpr size_t no_side = ~size_t{0};
+  /// Whoever made a side says where it leads once that is known: cuts are made level by level.
   void set_side(size_t side, uint32_t to);
 };
 
-/// The rules are in cut_rules.h. Fewer than 2^32 middles. The same for any executor.
+/// Cuts by the rules of cut_rules.h. Fewer than 2^32 middles. The same for any executor: threads count and
+/// move stretches of fixed length, whose results are put together in order.
 Bisection bisect(std::span<const Middle> middles, uint64_t pieces, Executor& executor);
 
 }  // namespace maille

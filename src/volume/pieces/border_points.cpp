@@ -13,8 +13,9 @@
 namespace maille {
 namespace {
 
-/// A face adds its sum to each of its points; the two cells of an inner face cancel. 0 is left at inner
-/// points.
+/// A face adds its sum to each of its points, by exclusive or; the two cells of an inner face cancel. 0 is
+/// left at inner points. The sum of a face does not depend on the order of its corners, as mixed numbers are
+/// added.
 class FaceSums {
  public:
   FaceSums(uint64_t points, std::span<const uint32_t> number) : sums_(points), mixed_(points) {
@@ -45,7 +46,7 @@ class FaceSums {
  private:
   using NodeSums = std::array<uint64_t, most_nodes>;
 
-  /// `size`: of the face. Loops of a known length are much faster here.
+  /// Adds a face of a known size to the sums of its corners. Loops of a known length are much faster here.
   template <unsigned size>
   static uint64_t add_to_corners(const CellFace& face, const NodeSums& mixed, NodeSums& sums) {
     uint64_t sum = 0;
@@ -54,7 +55,7 @@ class FaceSums {
     for (unsigned k = 0; k < size; ++k) sums[face.corner[k]] ^= sum;
     return sum;
   }
-  /// To nodes within the face.
+  /// Adds the sum of a face to the nodes behind the corners that lie within it.
   static void add_to_others(const CellShape& shape, const CellFace& face, uint64_t sum, NodeSums& sums) {
     unsigned corners = 0;
     for (unsigned k = 0; k < face.size; ++k) corners |= 1u << face.corner[k];
@@ -78,6 +79,7 @@ std::vector<uint8_t> find_on_sides(const std::byte* positions, uint64_t count,
   high.fill(Limits::has_infinity ? -Limits::infinity() : Limits::lowest());
   for (uint64_t i = 0; i < count; ++i) {
     for (unsigned k = 0; k < 3; ++k) {
+      // In this order NaN changes nothing: a comparison with it is false, and the first argument stays.
       // In this order NaN changes nothing.
       low[k] = std::min(low[k], number(i, k));
       high[k] = std::max(high[k], number(i, k));

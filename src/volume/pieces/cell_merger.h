@@ -12,7 +12,8 @@
 namespace maille {
 
 /// Cells of pieces, put into the order of the mesh by way of a temporary file: each piece has them in that
-/// order, so that all are merged in one pass.
+/// order, so that all are merged in one pass. Memory is a group of cells for each piece, and some thousand on
+/// their way out.
 class CellMerger {
  public:
   /// `numbered`: cells have their numbers in the mesh, and go by them; else by block, then by piece. `mesh`
@@ -25,7 +26,8 @@ class CellMerger {
   Result<> add(size_t piece, uint64_t number, uint32_t block, uint8_t type, std::span<const uint64_t> nodes,
                std::span<const uint32_t> faces, Bytes values);
   Result<> end_piece(size_t piece);
-  /// All cells to the sink. False: they are not those of the mesh.
+  /// Gives all cells to the sink. False: they are not those of the mesh (a number twice or missing, another
+  /// block), whatever a damaged file said of them.
   Result<bool> merge();
 
  private:

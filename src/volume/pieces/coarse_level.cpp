@@ -15,16 +15,19 @@ namespace {
 
 constexpr uint64_t least_group = 4096, most_points = 8192;
 
-/// A number as a byte: so many steps from the least of the piece to the largest, or none.
+/// A number as a byte: so many steps from the least of the piece to the largest, or none. Within 1/508 of the
+/// range.
 constexpr uint8_t steps = 254, no_number = 255;
 
 uint8_t code_of(double number, float low, float high) {
   if (!std::isfinite(number) || !(low < high)) return std::isfinite(number) ? 0 : no_number;
   const double least = static_cast<double>(low), range = static_cast<double>(high) - least;
+  // Means of decoded numbers may leave the range by rounding.
   const double share = std::clamp((number - least) / range, 0.0, 1.0);  // NaN in ranges that are not finite
   return std::isnan(share) ? no_number : static_cast<uint8_t>(share * steps + 0.5);
 }
 
+/// Inverse, for a decoder: any byte gives a number within the range or NaN.
 float number_of(uint8_t code, float low, float high) {
   if (code > steps || !(low <= high)) return std::numeric_limits<float>::quiet_NaN();
   const double least = static_cast<double>(low), range = static_cast<double>(high) - least;
@@ -46,7 +49,7 @@ struct Mean {
   }
 };
 
-/// By cell through all blocks its group.
+/// The group of each cell, through all blocks; `count` gets how many there are.
 std::vector<uint32_t> groups_of(const Mesh& piece, uint64_t size, size_t& count) {
   const auto groups = cut_cells(piece, size, serial_executor());
   std::vector<uint32_t> group_of(piece.cell_count());
@@ -58,7 +61,7 @@ std::vector<uint32_t> groups_of(const Mesh& piece, uint64_t size, size_t& count)
 }
 
 /// The means over the cells of each group, component by component; numbers of points count for each cell that
-/// has them.
+/// has them. Sums run in the order of cells, so that the file is the same for any executor.
 template <class T>
 std::vector<Mean> means_by(const Array& array, const Mesh& piece, std::span<const uint32_t> group_of,
                            size_t groups) {
@@ -123,6 +126,7 @@ void add_coarse_points(const Mesh& piece, uint64_t group, PieceRecord& record) {
   }
 }
 
+/// What coarse_mesh() relies on: a hostile index could have lists of any length.
 bool has_coarse_sizes(const PieceRecord& record, const std::vector<StreamArray>& arrays) {
   const uint64_t points = record.coarse.size() / 3;
   if (record.coarse.size() % 3 != 0 || points > record.cells) return false;
@@ -134,6 +138,8 @@ bool has_coarse_sizes(const PieceRecord& record, const std::vector<StreamArray>&
   return true;
 }
 
+/// Records of all pieces have as many fields with coarse values, so that the first one tells which arrays
+/// there are.
 Mesh coarse_mesh(const std::vector<PieceRecord>& records, const std::vector<StreamArray>& arrays) {
   uint64_t count = 0;
   for (const PieceRecord& record : records) count += record.coarse.size() / 3;

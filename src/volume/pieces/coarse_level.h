@@ -11,8 +11,8 @@
 namespace maille {
 
 // A volume in pieces as a cloud of points, for a first picture: each point stands for some thousand cells
-// near each other. It is a part of the index, so whoever opens a file has it. docs/format.md, "Volumes in
-// pieces".
+// near each other. It is a part of the index, so whoever opens a file has it. docs/format.md, 16.14. The 56
+// points of 206,208 tetrahedra without fields take 244 bytes of 399 kB.
 
 /// Cells that a point stands for, in a mesh of so many. At least 4,096, where the cloud takes 0.1 % of the
 /// file (tetrahedra at 16 bits a cell), and 8,192 points or so at most: with two fields these are 40 kB, so

@@ -8,6 +8,7 @@
 namespace maille {
 namespace {
 
+/// 0 for what is not finite, or so large that sums and boxes could overflow a float.
 template <class T>
 float cut_coordinate(T x) {
   constexpr double most = 1e37;

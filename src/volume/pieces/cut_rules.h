@@ -11,8 +11,9 @@
 
 namespace maille {
 
-// The rules by which cells are cut into pieces: where they are in one memory (cut_cells.cpp), and where each
-// rank has some (volume/ranks). Both find the same cuts.
+// The rules by which cells are cut into pieces: where they are in one memory (cut_cells.cpp), in a file read
+// in parts (source_pieces.cpp), and where each rank has some (volume/ranks). All find the same cuts, so that
+// a file does not depend on how it was made.
 
 /// Coordinates as cuts take them: floats, 0 for those that are not finite. Cuts need no more, and memory
 /// counts.
@@ -22,7 +23,7 @@ CutPosition cut_position(Scalar type, const std::byte* position);
 /// Of all points.
 std::vector<CutPosition> cut_positions(const Array& positions, Executor& executor);
 
-/// The middle of a cell's corners.
+/// The middle of a cell's corners, summed in doubles in the order of the corners; 0 for a cell without any.
 class MiddleSum {
  public:
   void add(const CutPosition& position) {
@@ -41,7 +42,8 @@ class MiddleSum {
   size_t points_ = 0;
 };
 
-/// How many pieces so many cells become, at least one.
+/// How many pieces so many cells become: the nearest number to cells / target, at least one, and no more than
+/// there are cells.
 inline uint64_t pieces_of(uint64_t cells, uint64_t target) {
   const uint64_t wanted = std::max<uint64_t>(1, cells / target + (cells % target >= target - target / 2));
   return std::min(wanted, std::max<uint64_t>(1, cells));
@@ -63,7 +65,7 @@ struct CutPlace {
 };
 
 /// How many cells a cut may move: a layer of a cube of so many, so that it finds the end of one; pieces stay
-/// within an eighth of their size as far as that allows.
+/// within an eighth of their size as far as that allows. Pieces of fewer than 16 cells do not move theirs.
 inline uint64_t slack_of(uint64_t cells, uint64_t pieces) {
   if (cells / pieces < 16) return 0;
   uint64_t side = 1;
@@ -71,7 +73,8 @@ inline uint64_t slack_of(uint64_t cells, uint64_t pieces) {
   return std::min(cells / 16, std::max<uint64_t>(cells / pieces / 16, side * side));
 }
 
-/// Of at least two cells that become at least two pieces.
+/// Where at least two cells that become at least two pieces are cut: at the share of the lower half of the
+/// pieces. Both sides keep at least one cell.
 inline CutPlace cut_place(uint64_t cells, uint64_t pieces) {
   CutPlace place;
   place.at = cells / pieces * (pieces / 2) + cells % pieces * (pieces / 2) / pieces;
@@ -82,7 +85,8 @@ inline CutPlace cut_place(uint64_t cells, uint64_t pieces) {
 }
 
 /// The place between two middles where the gap is widest, of those near `at`; of equal ones the nearest.
-/// `coordinate(i)`: of cell i along the axis, from place.first to place.last, where they are sorted.
+/// `coordinate(i)`: of cell i along the axis, from place.first to place.last, where they are sorted. A
+/// lattice has wide gaps between its layers and none within, so that cuts follow layers.
 template <class Coordinate>
 uint64_t widest_gap(const CutPlace& place, Coordinate coordinate) {
   uint64_t best = place.at;

@@ -12,6 +12,8 @@ namespace maille {
 /// Does `count` jobs, `at_once` side by side: load(i) -> Result<Loaded> and done(i, Made) -> Result<> by one
 /// thread, one job after the other in order, while work(i, Loaded) -> Result<Made> of jobs between them is
 /// done by any. The first error ends all.
+/// Three rounds are in work at a time: one is loaded, one worked on, one finished. So at most 2 * at_once
+/// Loaded and 2 * at_once Made are in memory, and files are read and written by one thread only.
 template <class Loaded, class Made, class Load, class Work, class Done>
 Result<> in_rounds(Executor& executor, size_t count, size_t at_once, Load load, Work work, Done done) {
   std::vector<Result<Loaded>> now, next;
@@ -35,12 +37,14 @@ Result<> in_rounds(Executor& executor, size_t count, size_t at_once, Load load, 
     std::swap(before, made);
     made.clear();
     made.resize(now.size());
+    // Task 0 first: it is the one that waits for disks.
     executor.parallel_for(now.size() + 1, [&](size_t task) {
       if (task == 0) {
         if (first > 0) finish(first - at_once);
         if (finished) load_from(first + at_once);
         return;
       }
+      // A job whose loading failed passes its error on, so that errors come in the order of jobs.
       Result<Loaded>& loaded = now[task - 1];
       made[task - 1] = loaded ? work(first + task - 1, *std::move(loaded))
                               : Result<Made>(tl::unexpected(std::move(loaded).error()));

@@ -14,6 +14,7 @@ struct PointNumbers {
   uint64_t count = 0;
 };
 
+/// Shared points are known by place and copy; the others follow one another piece by piece.
 PointNumbers numbers_by_places(const std::vector<DecodedPiece>& pieces) {
   std::vector<PieceOfPoints> points;
   for (const DecodedPiece& piece : pieces) points.push_back(piece_of_points(piece.mesh.points, piece.shared));
@@ -24,8 +25,9 @@ PointNumbers numbers_by_places(const std::vector<DecodedPiece>& pieces) {
   return numbers;
 }
 
-/// Numbers that pieces have, and the place of each among them. Where they are anywhere among four billion, as
-/// those of a few pieces may be, the list is sorted instead.
+/// Numbers that pieces have, and the place of each among them: by a set with a bit for each possible number.
+/// Where they are anywhere among four billion, as those of a few pieces may be, the list is sorted instead:
+/// the set may take 64 bits for each number expected.
 class InputNumbers {
  public:
   explicit InputNumbers(uint64_t expected) : most_(64 * expected) {}
@@ -61,7 +63,8 @@ class InputNumbers {
   std::vector<uint32_t> sorted_;
 };
 
-/// Points in the order of their numbers in the input, gaps left out.
+/// Points in the order of their numbers in the input, gaps left out: of a part of a mesh they are numbered
+/// without gaps.
 PointNumbers numbers_by_input(const std::vector<DecodedPiece>& pieces, Executor& executor) {
   uint64_t expected = 0;
   for (const DecodedPiece& piece : pieces) expected += piece.numbers.points.size();
@@ -88,6 +91,8 @@ struct CellPlace {
 /// By block of the whole mesh, its cells.
 using CellsOfBlocks = std::vector<std::vector<CellPlace>>;
 
+/// The steps are those of run(): numbers of points, places of cells, then every array once. Threads write
+/// disjoint stretches of the result, so that it does not depend on them.
 class PieceJoiner {
  public:
   PieceJoiner(const std::vector<DecodedPiece>& pieces, const PieceReader& reader, bool numbered,
@@ -127,6 +132,7 @@ class PieceJoiner {
     uint32_t first = 0, cells = 0;
   };
 
+  /// Where each cell of the result comes from. With numbers the place of a cell is its rank in its block.
   Result<> list_cells() {
     cells_.resize(reader_.tail().blocks.size());
     std::vector<uint64_t> counts(cells_.size());
@@ -157,7 +163,8 @@ class PieceJoiner {
     return {};
   }
 
-  /// Numbers of cells must be those of their blocks, each once.
+  /// The numbers of the cells of each block. They must be those of their blocks, each once: else two cells
+  /// would have one place, and another none.
   Result<std::vector<InputNumbers>> numbers_of_blocks(const std::vector<std::vector<Run>>& runs,
                                                       const std::vector<uint64_t>& counts) const {
     std::vector<InputNumbers> numbers(counts.begin(), counts.end());
@@ -187,6 +194,8 @@ class PieceJoiner {
     return array;
   }
 
+  /// Points that several pieces have are written by each of them, with the same values; of steps they may
+  /// differ within the bound, and the last piece wins.
   template <class ArrayOf>
   void take_points(Array& to, ArrayOf array_of) const {
     to.resize(points_.count);
@@ -201,7 +210,8 @@ class PieceJoiner {
       for (size_t p = 0; p < pieces_.size(); ++p) take(p, 0, points_.of_piece[p].size());
       return;
     }
-    // Numbers rise, so that stretches of them have nothing in common though pieces have.
+    // Numbers rise within each piece, so that stretches of them have nothing in common though pieces have: a
+    // search finds where each begins.
     for_stretches(points_.count, [&](size_t begin, size_t end) {
       for (size_t p = 0; p < pieces_.size(); ++p) {
         const std::vector<uint32_t>& numbers = points_.of_piece[p];
@@ -214,6 +224,7 @@ class PieceJoiner {
     });
   }
 
+  /// Blocks of one size are copied by stretches; others grow cell by cell.
   CellBlock block_of(size_t b) const {
     const StreamTail::Block& described = reader_.tail().blocks[b];
     CellBlock to;
@@ -242,7 +253,7 @@ class PieceJoiner {
     }
     return to;
   }
-  /// Of a block whose cells have as many corners each.
+  /// Corners of a block whose cells have as many corners each.
   void take_corners(size_t b, CellBlock& to) const {
     const size_t nodes = nodes_of(to.type);
     to.connectivity.resize(cells_[b].size() * nodes);

@@ -1,4 +1,6 @@
-// A mesh that comes once, in temporary files, to be read in parts.
+// A mesh that comes once, in temporary files, to be read in parts. Tuples go to their places by number, so
+// that points may come in any order; cells are packed in groups, whose places are kept: eight bytes for 4,096
+// cells are all the memory that grows.
 #include <maille/out_of_core.h>
 
 #include <algorithm>
@@ -37,6 +39,8 @@ class SpooledMesh final : public MeshSource {
     return {};
   }
 
+  /// Runs of numbers are written at once. Gaps are holes until their points come; whether all came is told by
+  /// their count alone, which a point given twice and another one left out would deceive.
   template <class NumberAt>
   Result<> add_points(uint64_t count, Bytes positions, std::span<const Bytes> arrays, NumberAt number_at) {
     size_t next = 0;
@@ -87,6 +91,7 @@ class SpooledMesh final : public MeshSource {
   }
 
   const MeshDescription& description() const override { return description_; }
+  /// A description of the mesh so far; all of it is known after finish().
   Result<> read_points(uint64_t first, uint64_t count, std::span<std::byte> out) override {
     return read(0, first, count, description_.points, out);
   }
@@ -125,6 +130,8 @@ class SpooledMesh final : public MeshSource {
     MAILLE_CHECK(check(count <= all && first <= all - count && out.size() == count * size));
     return columns_[column].file.read_at(first * size, out);
   }
+  /// Groups are unpacked from their first cell on, as each cell is told by the one before: at most 4,095 are
+  /// passed over.
   Result<> read_group(uint64_t group, uint64_t first, uint64_t end, CellPiece& out) {
     const uint64_t begin = begins_[group];
     std::vector<std::byte> bytes((group + 1 < begins_.size() ? begins_[group + 1] : cells_.size()) - begin);
@@ -192,6 +199,7 @@ Result<> MeshSpool::begin_block(std::string name, CellType type) {
   return {};
 }
 
+/// Flags of last use are not needed: pieces find their own.
 Result<> MeshSpool::add_cells(CellType type, std::span<const uint64_t> connectivity, std::span<const uint8_t>,
                               std::span<const Bytes> arrays, size_t nodes) {
   if (nodes == 0) nodes = nodes_of(type);

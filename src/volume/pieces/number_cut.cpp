@@ -9,7 +9,7 @@
 namespace maille {
 namespace {
 
-/// What is in one piece, whose cells rise.
+/// What is in one piece, whose cells rise: its points each once, by a bit for each point of the mesh.
 LookedAt look_at(const Mesh& mesh, std::span<const uint32_t> cells) {
   RankedSet points(mesh.point_count());
   uint64_t first = 0, flat = 0;
@@ -65,7 +65,8 @@ bool is_better(const LookedAt& by_number, const LookedAt& by_planes, MeshSize me
            static_cast<double>(mesh.points);
   };
   // A point more takes some 20 bits; the numbers of cells and points that planes cut apart one or two a cell.
-  // A pipe with its boundary at the end of the file took 19 % more by number, without it 1.4 % less.
+  // So a mesh with an order to keep may have 4 % more shared points. A pipe with its boundary at the end of
+  // the file took 19 % more by number, without it 1.4 % less.
   const double more = kept && by_number.flat == 0 ? 0.04 * static_cast<double>(mesh.points) : 0;
   return shared(by_number) <= shared(by_planes) + more;
 }

@@ -20,6 +20,7 @@ struct NumberCut {
   uint64_t cells = 0;   ///< below 2^32
   uint64_t pieces = 1;  ///< at most as many
 
+  /// The products stay below 2^64, as cells and pieces are below 2^32.
   uint64_t begin(uint64_t piece) const { return cells * piece / pieces; }
   uint32_t piece_of(uint64_t cell) const {
     const uint64_t piece = cell * pieces / cells;
@@ -28,7 +29,7 @@ struct NumberCut {
 };
 
 /// Pieces that stand for all when two ways are compared: at most eight, so that looking at them costs little.
-/// The first and the last are among them: faces of a boundary come behind the solids.
+/// The first and the last are among them: faces of a boundary come behind the solids. Rising.
 std::vector<uint32_t> pieces_looked_at(uint64_t pieces);
 
 /// What these have, together.
@@ -43,6 +44,7 @@ struct LookedAt {
     flat += other.flat;
   }
 };
+/// Of the whole mesh.
 struct MeshSize {
   uint64_t cells = 0, points = 0;
 };

@@ -14,7 +14,8 @@ namespace maille {
 ///
 /// A piece cut out of a lattice has rows of it, and where rows come in layers so do their lengths and gaps. A
 /// run is expected to be the one that came the last time when the same three came before it. Numbers that are
-/// scattered have hardly any such run: what was not right the last time is not asked about.
+/// scattered have hardly any such run: what was not right the last time is not asked about. docs/format.md,
+/// 16.14, GIDS.
 template <class Coder>
 class NumberRuns {
  public:
@@ -24,7 +25,8 @@ class NumberRuns {
     bool operator==(const Run& other) const { return gap == other.gap && length == other.length; }
   };
 
-  /// `first`: nothing is before it, not even a gap.
+  /// Codes one run and returns it; `run` is read by an encoder only. `first`: nothing is before it, not even
+  /// a gap.
   Run code(Coder& coder, Run run, bool first) {
     uint32_t& place = places_[hash_of_last()];
     const Run expected = place > 0 ? runs_[place - 1] : Run{};
@@ -41,6 +43,8 @@ class NumberRuns {
  private:
   static constexpr unsigned hit_contexts = 16, hash_bits = 14;
 
+  /// Three runs before: what a row, a gap and a row of a layer are. Parts of the format, as are the
+  /// constants.
   uint32_t hash_of_last() const {
     uint32_t hash = 0;
     for (size_t k = 1; k <= 3; ++k) {
@@ -55,6 +59,7 @@ class NumberRuns {
   uint32_t code_gap(Coder& coder, uint32_t gap, uint32_t expected, bool trusted, bool first) {
     if (trusted && gap_hit_[gap_hits_].code(coder, gap == expected)) return expected;
     const bool alone = !runs_.empty() && runs_.back().length == 1;
+    // A gap between two runs is at least one number, else they were one run; only the first may be 0.
     return gaps_[alone ? context_of(runs_.back().gap) : 0].code(coder, gap - !first) + !first;
   }
   uint32_t code_length(Coder& coder, Run run, uint32_t expected, bool trusted) {
@@ -70,6 +75,7 @@ class NumberRuns {
   unsigned gap_hits_ = 0, length_hits_ = 0;  ///< the last four, the latest lowest
 };
 
+/// Codes rising numbers, each once, below 2^32 - 1.
 template <class Coder>
 void encode_rising(Coder& coder, const std::vector<uint32_t>& numbers) {
   NumberRuns<Coder> runs;
@@ -82,7 +88,9 @@ void encode_rising(Coder& coder, const std::vector<uint32_t>& numbers) {
   }
 }
 
-/// False: these are not `count` numbers, all below 2^32 - 1.
+/// Decodes `count` rising numbers. False: these are not so many, all below 2^32 - 1. A run takes bits however
+/// long it is, but its length is held against what is still to come, so that a damaged stream cannot make
+/// more numbers than the piece has.
 template <class Coder>
 bool decode_rising(Coder& coder, std::vector<uint32_t>& numbers, uint64_t count) {
   NumberRuns<Coder> runs;

@@ -18,6 +18,7 @@ void CellPacker::pack(uint64_t number, uint32_t block, uint8_t type, std::span<c
   const bool as_many = nodes.size() == before_.nodes.size();
   const bool alike =
       as_many && block == before_.block && type == before_.type && faces.size() == before_.faces.size();
+  // The lowest bit says whether block, type and counts are told again.
   out.put_count((number - next_) << 1 | (alike ? 0u : 1u));
   if (!alike) {
     out.put_count(block);
@@ -27,6 +28,7 @@ void CellPacker::pack(uint64_t number, uint32_t block, uint8_t type, std::span<c
   }
   before_.nodes.resize(nodes.size());
   for (size_t k = 0; k < nodes.size(); ++k) {
+    // The difference wraps, so that any numbers will do.
     out.put_zigzag(static_cast<int64_t>(nodes[k] - near(before_.nodes, k, as_many)));
     before_.nodes[k] = nodes[k];
   }

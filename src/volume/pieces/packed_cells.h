@@ -18,7 +18,8 @@ struct PackedCell {
 };
 
 /// Cells with rising numbers one behind the other in few bytes, for temporary files: what differs from the
-/// cell before. Ten bytes for a hexahedron of a lattice; 64 would be its nodes.
+/// cell before. A hexahedron of a lattice takes ten bytes; its nodes alone would be 64. Packer and unpacker
+/// begin together, and no cell can be read without those before it.
 class CellPacker {
  public:
   void pack(uint64_t number, uint32_t block, uint8_t type, std::span<const uint64_t> nodes,
@@ -29,7 +30,7 @@ class CellPacker {
   uint64_t next_ = 0;
 };
 
-/// Inverse.
+/// Inverse of CellPacker, on bytes that this process wrote: it trusts them.
 class CellUnpacker {
  public:
   /// The next cell, which stays until the one after it.

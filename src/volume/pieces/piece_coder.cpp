@@ -12,7 +12,8 @@
 namespace maille {
 namespace {
 
-/// Points of different places may have one place on a lattice: decoders know them apart by that.
+/// Positions as a decoder has them, by decoding the piece: points of different places may have one place on a
+/// lattice, and decoders know shared points by their place.
 Result<Array> decoded_points(Bytes file, std::vector<Place>& places) {
   DecodeOptions options;
   options.arrays.emplace();
@@ -35,7 +36,7 @@ void describe(const ArrayMapsList& maps, const Mesh& sub, PieceRecord& record) {
     record.fields.push_back(describe_field(sub.arrays[i], bound_of(maps, i + 1)));
 }
 
-/// Their values follow from the numbers of points and cells, which stand apart.
+/// Sets arrays of numbers to 0: their values follow from the numbers of points and cells, which stand apart.
 void blank_numbers(const std::vector<NumberedArray>& numbered, Mesh& sub) {
   for (const NumberedArray& array : numbered) {
     Buffer<std::byte>& bytes = sub.arrays[array.array].bytes;
@@ -55,6 +56,7 @@ void add(const ArrayReport& piece, ArrayReport& all) {
 
 }  // namespace
 
+/// (find_numbered() also finds arrays of several runs.)
 void set_numbered(const std::vector<NumberedArray>& found, ArrayMapsList& maps) {
   maps.numbered.clear();
   for (const NumberedArray& array : found) {
@@ -91,6 +93,7 @@ Result<PieceInWork> code_piece(const PieceCoding& coding, SubMesh sub, std::vect
   stream.provenance.clear();
   stream.time.reset();
   PieceInWork piece;
+  // Before numbers become zeros: the index speaks of the true values.
   describe(coding.maps, sub.mesh, piece.record);
   add_coarse_points(sub.mesh, cells_of_coarse_point(coding.cells), piece.record);
   blank_numbers(coding.maps.numbered, sub.mesh);
@@ -103,6 +106,7 @@ Result<PieceInWork> code_piece(const PieceCoding& coding, SubMesh sub, std::vect
     place_of_point[order[i]] = i;
     piece.coded_points.push_back(sub.points[order[i]]);
   }
+  // Points without cells have no border: nothing joins them to other pieces.
   if (!cells.empty()) piece.border = border_points(sub.mesh, place_of_point);
   if (coding.maps.bounds[0] > 0) {
     const Array decoded = MAILLE_TRY(decoded_points(piece.coded.file, piece.places));
@@ -162,6 +166,7 @@ CellTotals count_cells(const Mesh& mesh) {
   for (const CellBlock& block : mesh.blocks) {
     for (uint64_t i = 0; i < block.size(); ++i) {
       ++totals.of_type[static_cast<size_t>(block.type_of(i))];
+      /// Each cell's type, and for polyhedra what their faces take.
       if (block.type_of(i) != CellType::polyhedron) continue;
       const auto corners = block.cell(i);
       std::vector<uint64_t> points(corners.begin(), corners.end());
@@ -188,6 +193,7 @@ void set_totals(const CellTotals& totals, StreamTail& tail) {
   }
 }
 
+/// -0.0 + 0.0 is 0.0, and all else stays.
 void unsign_zeros(StreamTail& tail) {
   for (ValueRange& range : tail.ranges) {
     for (ValueRange::Component& component : range.components) {

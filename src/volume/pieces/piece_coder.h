@@ -16,10 +16,12 @@
 
 namespace maille {
 
-// Coding pieces, wherever the mesh that they are cut from is: in memory (pieces_encoder.cpp) or in many ranks
-// (volume/ranks).
+// Coding pieces, wherever the mesh that they are cut from is: in memory (pieces_encoder.cpp), read in parts
+// (source_pieces_encoder.cpp), or in many ranks (volume/ranks). All of these give the same bytes for the same
+// pieces.
 
-/// What all pieces of a mesh have in common.
+/// What all pieces of a mesh have in common. It is the same for every piece, so that they can be coded in any
+/// order and by any thread.
 struct PieceCoding {
   EncodeOptions options;
   StreamOptions stream;  ///< of the whole mesh
@@ -30,13 +32,14 @@ struct PieceCoding {
 
   bool kept() const { return options.order == Order::keep; }
 };
-/// Pieces have zeros in the stead of these arrays, of those that rise from their first value to their last:
-/// more runs than one many ranks do not find.
+/// Pieces have zeros in the stead of the arrays that were `found`, of those that rise from their first value
+/// to their last: more runs than one many ranks do not find, and files must not depend on how many there are.
 void set_numbered(const std::vector<NumberedArray>& found, ArrayMapsList& maps);
 /// DESC of the whole mesh.
 StreamHeader header_of(const PieceCoding& coding);
 
-/// A piece between its own coding and that of what joins it to others.
+/// A piece between its own coding and that of what joins it to others: which points are shared is known only
+/// when all pieces know their points.
 struct PieceInWork {
   CodedPiece coded;
   PieceRecord record;
@@ -48,8 +51,8 @@ struct PieceInWork {
   EncodeReport report;
 };
 
-/// Codes cells of the numbers `cells` in the whole mesh; none: the points that no cell uses. Errors as
-/// encode().
+/// Codes cells of the numbers `cells` in the whole mesh; none: the points that no cell uses. `sub` is those
+/// cells as a mesh. By one thread. Errors as encode().
 Result<PieceInWork> code_piece(const PieceCoding& coding, SubMesh sub, std::vector<uint32_t> cells);
 
 /// Adds what a piece says of itself to a report that has all arrays of the mesh, those on the mesh, too.
@@ -69,7 +72,8 @@ struct CellTotals {
 CellTotals count_cells(const Mesh& mesh);
 void add_totals(const CellTotals& some, CellTotals& all);
 void set_totals(const CellTotals& totals, StreamTail& tail);
-/// The ranges of 0 and -0 are those of 0, whichever came first.
+/// Ranges of 0 and -0 become those of 0, whichever came first: the order of pieces or ranks must not show in
+/// the file.
 void unsign_zeros(StreamTail& tail);
 /// The errors in TAIL: of positions, then of each array; none where all are exact.
 std::vector<double> errors_of(const EncodeReport& report);

@@ -32,6 +32,7 @@ void visit_fields(Visitor& v, Fields& fields) {
   v.list(fields, [&](auto& field) { visit_field(v, field); });
 }
 
+/// Numbers of points and cells fit 32 bits: they are numbers of one mesh in pieces.
 template <class Visitor, class Record>
 void visit_record(Visitor& v, Record& record) {
   v.count(record.cells, 0xffffffff);
@@ -55,6 +56,8 @@ std::vector<std::byte> encode_page(const std::vector<Record>& records, Visit vis
   return packed.take();
 }
 
+/// Limits come before anything is decoded: 16 MiB a page, 4,096 records. Nothing is reserved for lists; they
+/// grow as their bytes are read.
 template <class Record, class Visit>
 Result<std::vector<Record>> decode_page(Bytes bytes, Visit visit) {
   constexpr const char* damaged = "the index of pieces is damaged";
@@ -70,7 +73,8 @@ Result<std::vector<Record>> decode_page(Bytes bytes, Visit visit) {
   return records;
 }
 
-/// The nearest float that is not above, or not below.
+/// The nearest float that is not above (or not below) the number, so that a range of floats holds all doubles
+/// that it stands for.
 float below(double number) {
   constexpr float most = std::numeric_limits<float>::max(), infinite = std::numeric_limits<float>::infinity();
   if (number < -static_cast<double>(most)) return -infinite;
@@ -82,7 +86,8 @@ float above(double number) {
   return -below(-number);
 }
 
-/// Of the finite numbers of each component, or of all where there is one mean; 0 where there is no number.
+/// Means of the finite numbers of each component, or of all where there is one mean; 0 where there is no
+/// number. Sums run in the order of the tuples, so that the file does not depend on threads.
 template <class T>
 std::vector<double> means_of(const Array& array, size_t means) {
   std::vector<double> sums(means);
@@ -126,6 +131,7 @@ std::vector<std::byte> encode_piece(const CodedPiece& piece) {
   return out.take();
 }
 
+/// Blocks rise, so that none comes twice. The list ends with the bytes at the latest.
 Result<CodedPiece> decode_piece(Bytes bytes) {
   ByteReader in(bytes);
   CodedPiece piece;
@@ -171,6 +177,7 @@ std::vector<std::byte> encode_numbers(const PieceNumbers& numbers) {
   return coder.finish();
 }
 
+/// Runs are decoded only as far as there are cells and points, whose counts the index has been held against.
 Result<PieceNumbers> decode_numbers(Bytes bytes, uint64_t cells, uint64_t points) {
   PieceNumbers numbers;
   RansDecoder coder(bytes);

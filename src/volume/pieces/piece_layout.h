@@ -12,7 +12,7 @@
 namespace maille {
 
 // What stands in the chunks of a volume in pieces besides the streams of the pieces themselves.
-// docs/format.md, "Pieces".
+// docs/format.md, 16.14. Each decode function is safe on any bytes.
 
 /// PIEC: some cells of the mesh, and the points they use, as a stream of their own.
 struct CodedPiece {
@@ -36,7 +36,7 @@ struct PieceField {
   std::vector<uint8_t> coarse;  ///< values of coarse points within the ranges, see coarse_level.h
 };
 
-/// A line of the index.
+/// A line of the index: what is known of a piece before it is read, some hundred bytes.
 struct PieceRecord {
   uint64_t cells = 0, points = 0;
   /// The least box around the decoded points with sides in floats; low > high where there is none, since no
@@ -60,8 +60,8 @@ std::vector<std::byte> encode_step_index(const std::vector<std::vector<PieceFiel
 /// Error: corrupt.
 Result<std::vector<std::vector<PieceField>>> decode_step_index(Bytes bytes);
 
-/// A file within a file has chunks of its own, which must not be found where the index is lost and chunks are
-/// looked for. Bytes upside down begin none. Its own inverse.
+/// The bytes, each inverted. A file within a file has chunks of its own, which must not be found where the
+/// index is lost and chunks are looked for; no inverted chunk header is one. It is its own inverse.
 std::vector<std::byte> inverted(Bytes bytes);
 
 /// GIDS: the numbers that the piece's cells and points have in the whole mesh, both rising.
@@ -72,14 +72,16 @@ std::vector<std::byte> encode_numbers(const PieceNumbers& numbers);
 /// As many as the piece has. Error: corrupt.
 Result<PieceNumbers> decode_numbers(Bytes bytes, uint64_t cells, uint64_t points);
 
-/// How far decoded numbers may be from those given.
+/// How far decoded numbers may be from those given: statistics are made before coding, and must hold for what
+/// is decoded.
 struct PieceBound {
   double bound = 0;
   bool by_size = false;  ///< of each number, times this
 };
-/// The statistics of an array as it will be decoded.
+/// The statistics of an array as it will be decoded: ranges are widened by the bound, then rounded outwards
+/// to floats.
 PieceField describe_field(const Array& array, PieceBound bound);
-/// The box around positions as they will be decoded.
+/// Sets the box around positions as they will be decoded; none if an axis has no finite number.
 void enclose(const Array& positions, PieceBound bound, PieceRecord& record);
 
 }  // namespace maille

@@ -18,7 +18,7 @@
 namespace maille {
 namespace {
 
-/// Pages until there is none.
+/// Reads pages until there is none. A page that is not full is the last one.
 Result<std::vector<PieceRecord>> read_index(const FileReader& file) {
   std::vector<PieceRecord> all;
   for (uint32_t page = 0; file.has_stream({"PIDX", page, 0}); ++page) {
@@ -30,7 +30,8 @@ Result<std::vector<PieceRecord>> read_index(const FileReader& file) {
   return all;
 }
 
-/// Index and end of a file lie together: a distant source fetches them at once.
+/// Index and end of a file lie together: one read of the last 64 KiB lets a distant source fetch them at
+/// once.
 Result<> fetch_end(const Source& source) {
   if (!source.view().empty()) return {};
   std::vector<std::byte> end(static_cast<size_t>(std::min<uint64_t>(source.size(), uint64_t{64} << 10)));
@@ -44,6 +45,7 @@ bool is_alike(const StreamArray& array, const Array& decoded) {
 
 }  // namespace
 
+/// What opens whole files and damaged ones alike. Threads are the caller's: pieces are decoded by one each.
 Result<PieceReader> PieceReader::open_front(const Source& source, const DecodeOptions& options) {
   MAILLE_CHECK(fetch_end(source));
   PieceReader reader;
@@ -61,6 +63,7 @@ Result<PieceReader> PieceReader::open_front(const Source& source, const DecodeOp
   return reader;
 }
 
+/// The whole index is read, some hundred bytes a piece: queries need all of it.
 Result<PieceReader> PieceReader::open(const Source& source, const DecodeOptions& options) {
   PieceReader reader = MAILLE_TRY(open_front(source, options));
   const FileReader& file = *reader.file_;
@@ -80,6 +83,7 @@ Result<PieceReader> PieceReader::open(const Source& source, const DecodeOptions&
   return reader;
 }
 
+/// The number of pieces follows from the chunks that are there, as nothing else is left to tell it.
 Result<PieceReader> PieceReader::open_damaged(const Source& source, const DecodeOptions& options) {
   PieceReader reader = MAILLE_TRY(open_front(source, options));
   uint32_t pieces = 0;
@@ -104,6 +108,8 @@ Result<PieceReader> PieceReader::open_damaged(const Source& source, const Decode
   return reader;
 }
 
+/// Names and types of blocks from the pieces. A hostile piece may name any block, so that the numbers are
+/// bounded by 2^16 here.
 Result<> PieceReader::take_blocks(const std::vector<DecodedPiece>& pieces) {
   constexpr uint32_t most = 1 << 16;  // nothing but the piece says how many there are
   for (const DecodedPiece& piece : pieces) {
@@ -123,7 +129,7 @@ Result<> PieceReader::take_blocks(const std::vector<DecodedPiece>& pieces) {
   return {};
 }
 
-/// The arrays of the step in place of the mesh's.
+/// Takes the arrays of the step in place of the mesh's, in a file that is not in pieces.
 Result<> PieceReader::take_step() {
   const std::vector<StreamStep> steps = MAILLE_TRY(list_steps(*source_));
   MAILLE_CHECK(check_step(options_.step, steps.size(), name_));
@@ -133,7 +139,7 @@ Result<> PieceReader::take_step() {
   return {};
 }
 
-/// And its fields in place of those of the index.
+/// The same in a file in pieces: its fields take the place of those of the index.
 Result<> PieceReader::take_step_in_pieces() {
   const auto number = static_cast<uint32_t>(options_.step);
   MAILLE_CHECK(check_step(options_.step, count_steps(*file_), name_));
@@ -169,6 +175,8 @@ void PieceReader::take_numbered(const std::vector<NumberedArray>& numbered) {
     numbered_.emplace_back(array.array, RisingNumbers(array, header_.description.arrays[array.array].type));
 }
 
+/// Counts and bytes of the index: one set for each piece, as many fields as arrays, no piece larger than the
+/// mesh.
 Result<> PieceReader::check_index() const {
   const size_t arrays = header_.description.arrays.size();
   // What is decoded of a piece without its cells is bounded by what the file says of the whole mesh.
@@ -181,6 +189,7 @@ Result<> PieceReader::check_index() const {
   return check_fields();
 }
 
+/// Queries and the coarse level index fields by array and component without further checks.
 Result<> PieceReader::check_fields() const {
   const size_t arrays = header_.description.arrays.size();
   for (const PieceRecord& record : pieces_) {
@@ -211,8 +220,11 @@ PieceReader PieceReader::with_arrays(std::optional<std::vector<std::string>> arr
   return other;
 }
 
+/// Chunks are asked for in the order of the file, 16 MiB at a time: neighbours become one request. A failure
+/// to fetch is one to read. Nothing is kept here but by the source.
 Result<> PieceReader::fetch(std::span<const uint32_t> pieces, bool numbered) const {
   if (!in_pieces_ || !source_->view().empty()) return {};
+  // How much a distant source keeps at least, so that read() finds what was fetched.
   constexpr size_t most = size_t{16} << 20;  // a distant source keeps more than that
   std::vector<uint8_t> wanted(pieces_.size());
   for (const uint32_t piece : pieces) wanted[piece] = 1;
@@ -248,6 +260,7 @@ Result<> PieceReader::fetch(std::span<const uint32_t> pieces, bool numbered) con
   return read();
 }
 
+/// Whether a piece is what file and index say of it. Everything after relies on types and counts being these.
 Result<> PieceReader::check(const DecodedPiece& piece, const PieceRecord& record) const {
   const StreamDescription& description = header_.description;
   bool fits =
@@ -271,7 +284,8 @@ Result<> PieceReader::check(const DecodedPiece& piece, const PieceRecord& record
 
 namespace {
 
-/// Rounding may take a little.
+/// Whether a range is within the one that is known. Rounding may take a little: one step of floats on each
+/// side.
 bool is_within(float low, float high, float known_low, float known_high) {
   constexpr float infinity = std::numeric_limits<float>::infinity();
   return low > high ||
@@ -288,6 +302,8 @@ bool is_within(const PieceField& field, const PieceField& known) {
 
 }  // namespace
 
+/// An index that promises too little makes queries miss cells, which nobody would notice: so those who read
+/// everything (verify, decode into a sink) check it.
 Result<> PieceReader::hold_against_index(uint32_t number, const DecodedPiece& piece) const {
   const PieceRecord& known = pieces_[number];
   PieceRecord found;
@@ -316,6 +332,8 @@ bool PieceReader::is_needed(uint64_t step) const {
   return options_.step != 0 && step <= options_.step && step >= first_of_group(options_.step);
 }
 
+/// What stands behind a piece's own stream: each step as it was appended, so that the whole is a file with
+/// steps.
 Result<std::vector<std::byte>> PieceReader::with_steps(CodedPiece& coded, uint32_t number, uint64_t first,
                                                        uint64_t last) const {
   std::vector<std::byte> stream = std::move(coded.file);
@@ -350,6 +368,8 @@ void PieceReader::fill_numbers(DecodedPiece& piece) const {
   }
 }
 
+/// A piece is a file within a chunk; it is decoded as any file, then held against the index. Its step has a
+/// number within the group.
 Result<DecodedPiece> PieceReader::read_coded(uint32_t number, bool numbered) const {
   const std::vector<std::byte> bytes = MAILLE_TRY(file_->read_stream({"PIEC", number, 0}));
   CodedPiece coded = MAILLE_TRY(decode_piece(bytes));
@@ -370,6 +390,7 @@ Result<DecodedPiece> PieceReader::read_coded(uint32_t number, bool numbered) con
   piece.blocks = std::move(coded.blocks);
   MAILLE_CHECK(check(piece, pieces_[number]));
   const auto points = static_cast<uint32_t>(piece.mesh.point_count());
+  // Points without cells are a piece that has no border: none of them is shared.
   // Points without cells are a piece that has no border.
   const std::vector<uint32_t> border =
       piece.blocks.empty() ? std::vector<uint32_t>() : border_points(piece.mesh);
@@ -383,6 +404,7 @@ Result<DecodedPiece> PieceReader::read_coded(uint32_t number, bool numbered) con
   return piece;
 }
 
+/// A stream that is not in pieces is decoded whole; its order is restored, so that numbers are places.
 Result<DecodedPiece> PieceReader::read_whole(bool numbered) const {
   DecodedPiece piece;
   piece.mesh = MAILLE_TRY(decode_stream(*source_, options_));
@@ -400,6 +422,7 @@ Result<DecodedPiece> PieceReader::read_whole(bool numbered) const {
   return piece;
 }
 
+/// An error names the piece, as the file within has no name of its own.
 Result<DecodedPiece> PieceReader::read(uint32_t number, bool numbered) const {
   auto piece = in_pieces_ ? read_coded(number, numbered) : read_whole(numbered);
   if (piece || !in_pieces_) return piece;

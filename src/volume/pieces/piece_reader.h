@@ -16,7 +16,7 @@
 
 namespace maille {
 
-/// A piece as a mesh of its own.
+/// A piece as a mesh of its own: arrays in the order of the file, as far as they were asked for.
 struct DecodedPiece {
   Mesh mesh;
   std::vector<uint32_t> blocks;  ///< by block, its number in the whole mesh
@@ -25,7 +25,9 @@ struct DecodedPiece {
 };
 
 /// An open file of mode stream: its description, its end and its index. A stream that is not in pieces is one
-/// piece, of which nothing is known beforehand. Calls of read() may come from several threads.
+/// piece, of which nothing is known beforehand. Calls of read() may come from several threads: the reader
+/// does not change after it was opened. What the index claims is checked on opening as far as sizes go, and
+/// against each piece when that is read.
 class PieceReader {
  public:
   /// `source` must outlive the reader. Errors: cannot_read, corrupt, unsupported.
@@ -95,10 +97,11 @@ class PieceReader {
   std::vector<std::pair<size_t, RisingNumbers>> numbered_;
 };
 
-/// Pieces as one mesh, with the blocks and arrays of the file; points that several pieces have are one.
-///
+/// Puts pieces together as one mesh, with the blocks and arrays of the file; points that several pieces have
+/// are one.
 /// Without numbers points and cells (of each block) stand in the order of the pieces. With numbers they stand
-/// in the order of the input, and of a whole mesh each has its place there. Error: corrupt.
+/// in the order of the input, and of a whole mesh each has its place there. Pieces are valid one by one, but
+/// may contradict each other: the caller validates the result. Error: corrupt.
 Result<Mesh> join_pieces(const std::vector<DecodedPiece>& pieces, const PieceReader& reader, bool numbered,
                          Executor* executor);
 

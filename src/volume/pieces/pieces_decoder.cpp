@@ -10,7 +10,8 @@
 namespace maille {
 namespace {
 
-/// All pieces, or those that are whole; the first error of the others.
+/// All pieces, or those that are whole, with the first error of the others. Errors other than damage end
+/// reading.
 struct AllPieces {
   std::vector<DecodedPiece> pieces;
   std::optional<Error> damage;
@@ -19,6 +20,7 @@ struct AllPieces {
 Result<AllPieces> read_all(const PieceReader& reader, const DecodeOptions& options, bool numbered) {
   Executor& executor = options.executor ? *options.executor : serial_executor();
   const auto count = static_cast<uint32_t>(reader.pieces().size());
+  // A number of pieces at a time; chosen, no sweep is on record.
   constexpr uint32_t at_once = 32;  // so that progress is told, and memory looked at, by one thread
   AllPieces all;
   uint64_t bytes = 0;
@@ -46,7 +48,7 @@ Result<AllPieces> read_all(const PieceReader& reader, const DecodeOptions& optio
   return all;
 }
 
-/// Each piece is valid, but what the file says of all of them is not checked before.
+/// The pieces as one mesh. Each piece is valid, but what the file says of all of them is not checked before.
 Result<Mesh> joined(const AllPieces& all, const PieceReader& reader, bool kept, const Source& source,
                     Executor* executor) {
   Mesh mesh = MAILLE_TRY(join_pieces(all.pieces, reader, kept, executor));
@@ -69,6 +71,7 @@ Result<Mesh> decode_pieces(const Source& source, const DecodeOptions& options) {
   return mesh;
 }
 
+/// Whatever pieces are whole, without their order where the index is lost: numbers stand behind all pieces.
 Result<Salvaged> salvage_pieces(const Source& source, const DecodeOptions& options) {
   Result<PieceReader> opened = PieceReader::open(source, options);
   const bool indexed = opened.has_value();

@@ -12,6 +12,8 @@
 namespace maille {
 namespace {
 
+/// A mesh in memory in pieces: cut, coded side by side, joined by their shared points, written one after the
+/// other.
 class PiecesEncoder {
  public:
   PiecesEncoder(const Mesh& mesh, PieceCoding coding)
@@ -31,7 +33,8 @@ class PiecesEncoder {
   }
 
  private:
-  /// Some pieces at once, so that their number does not depend on threads, and progress is told by one.
+  /// Pieces coded between two looks at progress. Their number does not depend on threads; nothing in the file
+  /// depends on it.
   static constexpr size_t at_once = 32;
 
   Result<> code_all() {
@@ -52,7 +55,7 @@ class PiecesEncoder {
     return {};
   }
 
-  /// Points that no cell uses are a piece, too.
+  /// Points that no cell uses are a piece of their own, the last one.
   Result<> code_unused() {
     std::vector<uint8_t> used(mesh_.point_count());
     for (const PieceInWork& piece : pieces_) {
@@ -67,6 +70,8 @@ class PiecesEncoder {
     return {};
   }
 
+  /// Finds which points pieces share, when all are coded: each piece then tells its own in its coded order.
+  /// Where positions have loss, a point is known by its decoded place.
   void join() {
     std::vector<std::span<const uint32_t>> points;
     for (const PieceInWork& piece : pieces_) points.emplace_back(piece.coded_points);
@@ -105,7 +110,7 @@ class PiecesEncoder {
     return tail;
   }
 
-  /// What the pieces say of themselves, together.
+  /// What the pieces say of themselves, added up.
   EncodeReport sum() const {
     EncodeReport report = report_of(mesh_);
     report.positions = report_of(mesh_.points);
@@ -114,6 +119,8 @@ class PiecesEncoder {
     return report;
   }
 
+  /// The order of chunks is that of docs/format.md, 16.14. Bytes of a piece are let go of once they are
+  /// written.
   Result<EncodeReport> write(Sink& sink) {
     EncodeReport report = sum();
     FileWriter file = MAILLE_TRY(begin_file(sink, coding_));

@@ -4,6 +4,7 @@
 
 namespace maille {
 
+/// From index and end alone. Error: as PieceReader::open().
 Result<FileInfo> inspect_pieces(const Source& source) {
   const PieceReader reader = MAILLE_TRY(PieceReader::open(source, {}));
   FileInfo info = info_of_stream(source, reader.file(), reader.header(), reader.tail());

@@ -10,7 +10,7 @@
 namespace maille {
 namespace {
 
-/// The values of a piece, as arrays of a mesh.
+/// The values of a piece, as arrays of a mesh; numbers are places in these.
 class PieceValues final : public StepSource {
  public:
   explicit PieceValues(const std::vector<Array>& arrays) : arrays_(arrays) {}
@@ -39,7 +39,7 @@ class PiecesStepWriter {
   }
 
   Result<StepReport> write() {
-    // All side by side have their streams and their values in memory.
+    // How many pieces are coded at once: all side by side have their streams and their values in memory.
     constexpr size_t at_once = 4;
     Executor& executor = options_.executor ? *options_.executor : serial_executor();
     MAILLE_CHECK((in_rounds<StepOfPiece, CodedStepOfPiece>(
@@ -56,6 +56,7 @@ class PiecesStepWriter {
   }
 
  private:
+  /// By one thread: `values` may be a file, and is read in the order of the piece's numbers, which rise.
   Result<StepOfPiece> load(uint32_t number) {
     StepOfPiece piece;
     const PieceNumbers numbers = MAILLE_TRY(reader_.read_numbers(number));
@@ -114,6 +115,8 @@ Result<CodedStepOfPiece> code_step_of_piece(const StepOfPiece& piece, StepHeader
     if (step.codings[i].method == StepCoding::as_mesh)
       std::fill(arrays[i].bytes.begin(), arrays[i].bytes.end(), std::byte{0});
   }
+  // The step in the piece codes values by itself; what refers to the mesh stands in the step of the whole
+  // file.
   step.codings.assign(step.arrays.size(), {});
   step.metadata.reset();
   StepOptions own = options;

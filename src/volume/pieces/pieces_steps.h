@@ -13,6 +13,7 @@ namespace maille {
 // as files that are not in pieces have it; steps begin anew with each `steps_of_group`, so that one is read
 // with no more than those of its group. docs/format.md, "Volumes in pieces".
 
+// The same as key_steps of streams that are not in pieces (step_chain.h), which the format has for both.
 inline constexpr uint64_t steps_of_group = 16;
 inline uint64_t first_of_group(uint64_t step) {
   return (step - 1) / steps_of_group * steps_of_group + 1;
@@ -28,14 +29,17 @@ struct CodedStepOfPiece {
   StepReport report;
   std::vector<PieceField> fields;
 };
-/// Empty arrays of a step, to be filled with the values of a piece.
+/// Empty arrays of a step, with room for the values of a piece.
 std::vector<Array> arrays_of_piece(const std::vector<StreamArray>& described, const PieceNumbers& numbers);
+/// Codes the step behind the piece's own stream, as a file of its own would have it. By one thread. Errors:
+/// as append_step().
 Result<CodedStepOfPiece> code_step_of_piece(const StepOfPiece& piece, StepHeader step,
                                             const StepOptions& options);
 inline StreamKey key_of_step(uint64_t step, uint32_t piece) {
   return {"SVAL", static_cast<uint32_t>(step), piece};
 }
-/// Behind the values of all pieces: what the index says of them, then the step.
+/// Writes what stands behind the values of all pieces: what the index says of them, then the step, which
+/// makes it count.
 Result<> write_step_end(FileWriter& writer, uint64_t number,
                         const std::vector<std::vector<PieceField>>& fields, const StepHeader& step);
 

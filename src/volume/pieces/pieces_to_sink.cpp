@@ -25,7 +25,10 @@ std::array<double, 3> position_of(const Array& positions, uint32_t point) {
   return at;
 }
 
-/// Writes pieces where they belong.
+/// Writes pieces where they belong, one after the other. With the input's order points go to their numbers;
+/// without it they are numbered as they come, and shared points are found by their places (shared_numbers.h).
+/// Cells go straight to the sink where pieces come in the order of the mesh, else through a temporary file
+/// (cell_merger.h).
 class PiecesFeeder {
  public:
   PiecesFeeder(const PieceReader& reader, const MeshDescription& mesh, MeshSink& sink,
@@ -73,7 +76,8 @@ class PiecesFeeder {
   }
 
  private:
-  /// The numbers of points in the input; those that came before are written once.
+  /// Takes the numbers of points in the input; those that came before are written once. A bit for each point
+  /// is all that is remembered.
   Result<> take_numbers(const DecodedPiece& piece) {
     point_numbers_.assign(piece.numbers.points.begin(), piece.numbers.points.end());
     is_new_.resize(point_numbers_.size());
@@ -88,7 +92,8 @@ class PiecesFeeder {
     return {};
   }
 
-  /// New points follow one another; the others have the numbers that earlier pieces gave them.
+  /// Joins a piece to those before: new points follow one another; the others have the numbers that earlier
+  /// pieces gave them.
   void join(uint32_t number, const DecodedPiece& piece) {
     const Array& positions = piece.mesh.points;
     const auto count = static_cast<uint32_t>(piece.mesh.point_count());
@@ -108,7 +113,7 @@ class PiecesFeeder {
     shared_.end_piece(number);
   }
 
-  /// Those that are new, neighbours at once.
+  /// Writes the tuples of points that are new, neighbours at once.
   template <class Write>
   Result<> write_points(const Array& array, Write write) const {
     const size_t size = array.tuple_size();
@@ -161,7 +166,8 @@ class PiecesFeeder {
     return merger_->end_piece(number);
   }
 
-  /// Some thousand at once, behind their values.
+  /// Writes the cells of a piece, some thousand at once, behind their values: some formats have these within
+  /// the cells.
   Result<> write_cells(const DecodedPiece& piece) {
     for (size_t i = 0; i < piece.mesh.arrays.size(); ++i) {
       if (piece.mesh.arrays[i].domain == Domain::cell)
@@ -209,6 +215,7 @@ class PiecesFeeder {
 
 }  // namespace
 
+/// Two pieces are decoded at once, while the ones before are written: memory is for about four.
 Result<> decode_pieces(const Source& source, MeshSink& sink, const DecodeOptions& options,
                        const WorkingSpace& space) {
   const MeshDescription mesh = MAILLE_TRY(describe(source, options));

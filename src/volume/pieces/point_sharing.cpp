@@ -18,7 +18,8 @@ struct PlacedPoint {
   }
 };
 
-/// Points with the same place meet in one of some lists.
+/// Points with the same place meet in one of some lists, each of which is sorted in memory: a 64th of the
+/// shared points at once, as places are spread by a hash.
 constexpr size_t place_lists = 64;
 size_t list_of(const Place& place) {
   uint64_t mixed = 0;
@@ -26,7 +27,8 @@ size_t list_of(const Place& place) {
   return static_cast<size_t>(mixed >> 58);
 }
 
-/// Adds to `copies` the points of one list that are not the first in their place.
+/// Adds to `copies` the points of one list that are not the first in their place, by number: copies are
+/// counted from 0 in that order.
 Result<> find_copies(ScratchLists& places, size_t list, std::vector<std::pair<uint32_t, uint32_t>>& copies) {
   const std::vector<std::byte> bytes = MAILLE_TRY(places.read(list));
   std::vector<PlacedPoint> points(bytes.size() / sizeof(PlacedPoint));
@@ -66,7 +68,8 @@ class PointRange {
   uint64_t first_ = 0;
 };
 
-/// All lists side by side, each as far as a range reaches.
+/// All lists side by side, each as far as a range reaches. A list is read once in all, however many ranges
+/// there are.
 class SideBySide {
  public:
   SideBySide(ScratchLists& lists, size_t buffer) {

@@ -13,7 +13,7 @@ namespace maille {
 
 /// Which points of pieces others have as well, out of core. All lists rise, so that one pass over them, all
 /// side by side, tells it for one range of points after the other: a range is as large as memory for two bits
-/// a point.
+/// a point. Only what is shared goes on to be told apart by place.
 class PointSharing {
  public:
   /// The position of a point as decoders will have it.

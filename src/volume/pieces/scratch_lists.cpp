@@ -14,6 +14,8 @@ Result<ScratchLists> ScratchLists::create(const std::string& folder, size_t list
   return ScratchLists(std::move(file), lists, static_cast<size_t>(waiting));
 }
 
+/// Room for more of a list: as much as it has, up to 1 MiB, so that a list has about as many extents as the
+/// logarithm of its size. The last list in the file just grows.
 void ScratchLists::make_room(List& list, size_t bytes) {
   constexpr uint64_t most = uint64_t{1} << 20;  // what one list may leave unused
   uint64_t written = 0;
@@ -100,6 +102,7 @@ Result<> RisingWriter::finish() {
   return lists_->append(list_, bytes);
 }
 
+/// Moves what is left to the front of the buffer and reads on. A short read means that the list has ended.
 Result<> RisingCursor::fill() {
   std::copy(buffer_.begin() + static_cast<ptrdiff_t>(at_), buffer_.begin() + static_cast<ptrdiff_t>(end_),
             buffer_.begin());
@@ -112,6 +115,7 @@ Result<> RisingCursor::fill() {
 }
 
 Result<bool> RisingCursor::next() {
+  // A number is decoded only if it is whole in the buffer, or nothing more will come.
   constexpr size_t longest = 10;  // bytes of a count
   if (!all_read_ && end_ - at_ < longest) MAILLE_CHECK(fill());
   if (at_ == end_) return false;

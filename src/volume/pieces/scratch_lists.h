@@ -14,6 +14,7 @@ namespace maille {
 /// worth a write. A list takes room in the file for as much as it has already, so that its extents are few
 /// however many lists there are: with an extent for each write, those of a billion cells in 15,000 lists took
 /// 150 MB. Room that is never written takes no disk, where the file system knows holes. For one thread.
+/// Errors are those of the file: write_failed, cannot_read.
 class ScratchLists {
  public:
   /// `memory`: bytes that may wait, about, of all lists together; each has some hundred at least.
@@ -57,7 +58,7 @@ class ScratchLists {
   size_t most_waiting_;
 };
 
-/// Appends rising numbers to a list, by the gaps between them.
+/// Appends rising numbers to a list, by the gaps between them: a byte each where they are near one another.
 class RisingWriter {
  public:
   /// `at_once`: bytes that wait here.
@@ -75,7 +76,7 @@ class RisingWriter {
   uint64_t next_ = 0, count_ = 0;
 };
 
-/// The numbers of such a list, one after the other.
+/// The numbers of a list that RisingWriter made, one after the other, through a small buffer.
 class RisingCursor {
  public:
   /// `buffer`: bytes read at once, at least 16.
@@ -97,7 +98,7 @@ class RisingCursor {
   uint64_t next_ = 0, number_ = 0;
 };
 
-/// All numbers of such a list.
+/// All numbers of such a list, which are below 2^32.
 Result<std::vector<uint32_t>> read_rising(ScratchLists& lists, size_t list);
 
 }  // namespace maille

@@ -9,6 +9,7 @@
 namespace maille {
 namespace {
 
+/// Two seeds give two hashes, of which 64 and 32 bits are kept.
 uint64_t hash_of(uint64_t seed, const Place& place, uint32_t copy) {
   uint64_t hash = split_mix(seed + copy);
   for (const uint64_t bits : place) hash = split_mix(hash ^ bits);
@@ -46,6 +47,7 @@ LastPieces::LastPieces(const std::vector<PieceRecord>& pieces) {
   }
 }
 
+/// From the root to the right first, so that the first leaf found is the last piece.
 uint32_t LastPieces::last_with(const std::array<double, 3>& at) const {
   // A tree over boxes that hardly overlap is gone down once or twice; what a file claims must not cost more.
   unsigned looks = 256;
@@ -82,9 +84,11 @@ size_t SharedNumbers::capacity() const {
   return all;
 }
 
-/// Or the free place where it belongs.
+/// The entry of the hashes, or the free place where it belongs. There is always a free place, as a table is
+/// at most four fifths full.
 SharedNumbers::Entry& SharedNumbers::find(Table& table, uint64_t hash, uint32_t more_hash) {
   const size_t size = table.entries.size();
+  // The lower half of the hash chooses the place; the upper six bits chose the table.
   size_t i = (hash & 0xffffffff) * size >> 32;
   while (true) {
     Entry& entry = table.entries[i];

@@ -10,7 +10,9 @@
 namespace maille {
 
 /// Finds the last piece whose box has a point. Pieces that follow one another lie together, so a binary tree
-/// over their numbers, with a box for each node, is a good one.
+/// over their numbers, with a box for each node, is a good one. Boxes come from the index, which may be
+/// damaged: a wrong box makes a point forgotten too early, and then the mesh has more points than its file
+/// says.
 class LastPieces {
  public:
   explicit LastPieces(const std::vector<PieceRecord>& pieces);
@@ -58,6 +60,7 @@ class SharedNumbers {
     size_t used = 0;
   };
   static Entry& find(Table& table, uint64_t hash, uint32_t more_hash);
+  /// Grows the table, or only drops entries that are forgotten, if that is enough.
   void make_room(Table& table) const;
 
   LastPieces last_pieces_;

@@ -15,12 +15,14 @@ namespace maille {
 namespace {
 
 constexpr uint64_t cells_at_once = 4096;
-/// Meshes of no more cells are cut as they are in memory, others by a sample of so many.
+/// Meshes of no more cells are cut as they are in memory, others by a sample of so many: 2 million middles
+/// take 32 MiB. Pieces of a sampled mesh are of unequal size by as much as the sample is off.
 constexpr uint64_t most_sampled = uint64_t{1} << 21;
 constexpr CellType no_type = CellType{0};
 
 /// Places of rising numbers in their list, for millions of look-ups: a table by equal steps narrows the
-/// search to mostly one or two of them.
+/// search to mostly one or two of them. The table has at most about twice as many entries as there are
+/// numbers.
 class RankTable {
  public:
   explicit RankTable(std::span<const uint32_t> numbers) : numbers_(numbers) {
@@ -45,8 +47,9 @@ class RankTable {
   std::vector<uint32_t> begins_;
 };
 
-/// Points of cells, each once. Most cells have points of the cells just before them, which need not be sorted
-/// again and again.
+/// Points of cells, each once in the end. Most cells have points of the cells just before them, which need
+/// not be sorted again and again: a direct-mapped cache of 8,192 points keeps most repetitions out of the
+/// list.
 class RecentPoints {
  public:
   void add(uint32_t point) {
@@ -63,7 +66,7 @@ class RecentPoints {
   std::vector<uint32_t> points_, last_ = std::vector<uint32_t>(8192, ~uint32_t{0});
 };
 
-/// The numbers of the points of packed cells, rising.
+/// The numbers of the points of packed cells, rising, each once.
 std::vector<uint32_t> points_of(Bytes cells, size_t values_size) {
   RecentPoints points;
   ByteReader in(cells);
@@ -75,6 +78,8 @@ std::vector<uint32_t> points_of(Bytes cells, size_t values_size) {
   return points.sorted();
 }
 
+/// Appends a cell with the numbers of the piece; with the first polyhedron of a block all its cells have
+/// faces.
 void append_cell(const PackedCell& cell, const RankTable& ranks, CellBlock& to) {
   const bool sized = nodes_of(to.type) == 0, polyhedron = !cell.faces.empty();
   if (sized && to.offsets.empty()) to.offsets.push_back(0);
@@ -87,7 +92,7 @@ void append_cell(const PackedCell& cell, const RankTable& ranks, CellBlock& to) 
   to.cell_faces.push_back(to.face_sizes.size());
 }
 
-/// Columns of tuples that stand one beside the other.
+/// Splits tuples that stand one beside the other into arrays, a column at a time.
 void split_tuples(Bytes tuples, std::span<Array* const> columns) {
   size_t size = 0;
   for (const Array* column : columns) size += column->tuple_size();
@@ -134,6 +139,7 @@ uint32_t SourcePieces::block_of(uint64_t cell) const {
                                block_ends_.begin());
 }
 
+/// Reads all cells, some thousand at a time, and tells progress by what was read.
 template <class Visit>
 Result<> SourcePieces::visit_cells(const char* stage, Visit visit) {
   const uint64_t cells = description().cells;
@@ -147,6 +153,7 @@ Result<> SourcePieces::visit_cells(const char* stage, Visit visit) {
   return {};
 }
 
+/// In the order of the corners, in doubles: the same middle as cut_cells() finds.
 Result<Middle> SourcePieces::middle_of(uint64_t cell, std::span<const uint64_t> nodes) {
   const Scalar type = description().point_type;
   MiddleSum sum;
@@ -158,7 +165,8 @@ Result<Middle> SourcePieces::middle_of(uint64_t cell, std::span<const uint64_t> 
   return Middle{sum.middle(), static_cast<uint32_t>(cell)};
 }
 
-/// All cells, or of each stretch of so many one at a place that no lattice knows.
+/// All cells, or of each stretch of so many one at a place that no lattice knows: split_mix() of the stretch,
+/// which is the same each time.
 Result<> SourcePieces::sample(std::vector<Middle>& middles) {
   const uint64_t stretch = (description().cells + most_sampled - 1) / most_sampled;
   uint64_t wanted = 0;
@@ -175,12 +183,15 @@ Result<> SourcePieces::sample(std::vector<Middle>& middles) {
   });
 }
 
+/// The type that all cells have so far, or mixed.
 void SourcePieces::note_type(uint8_t type) {
   CellType& common = block_types_[0];
   common = common == no_type || common == static_cast<CellType>(type) ? static_cast<CellType>(type)
                                                                       : CellType::mixed;
 }
 
+/// The second reading of the cells: each goes to the list of its piece, with its values behind it. The packer
+/// of each piece tells cells by what differs from the one before.
 Result<> SourcePieces::distribute() {
   std::vector<CellPacker> packers(cells_->count());
   std::vector<std::vector<std::byte>> values(columns_.size());
@@ -215,6 +226,7 @@ Result<> SourcePieces::distribute() {
   return cells_->finish();
 }
 
+/// The points of each piece, found from its cells, in rounds of eight pieces.
 Result<> SourcePieces::list_points() {
   constexpr size_t at_once = 8;
   point_lists_ = MAILLE_TRY(ScratchLists::create(space_.folder, cells_->count(), 0));
@@ -232,6 +244,8 @@ Result<> SourcePieces::list_points() {
   return point_lists_->finish();
 }
 
+/// Both ways of cutting are compared by what eight pieces of each have (number_cut.h): by planes they are
+/// there already, by number they are read for it.
 Result<> SourcePieces::cut(uint64_t target) {
   constexpr uint64_t most = std::numeric_limits<uint32_t>::max();
   if (description().cells > most || description().points > most)
@@ -254,6 +268,7 @@ Result<> SourcePieces::cut(uint64_t target) {
   return divide(cuts_.ends.size());
 }
 
+/// Positions are not needed where cells go by their numbers.
 Result<> SourcePieces::divide(size_t pieces) {
   sizes_.assign(pieces, {});
   cells_ = MAILLE_TRY(ScratchLists::create(space_.folder, pieces, working_memory(space_) / 2));
@@ -269,6 +284,7 @@ LookedAt SourcePieces::look_at_pieces() const {
   return all;
 }
 
+/// Reads the cells of some pieces only.
 Result<LookedAt> SourcePieces::look_at_numbers(const NumberCut& cut) {
   LookedAt all;
   CellPiece some;
@@ -287,6 +303,7 @@ Result<LookedAt> SourcePieces::look_at_numbers(const NumberCut& cut) {
 
 Result<> SourcePieces::share(const PointSharing::PlaceOf& place_of) {
   sharing_ = MAILLE_TRY(PointSharing::find(*point_lists_, description().points, space_, place_of));
+  // A piece of points without cells is decoded whole, so it must not have a billion of them: 2^20 each.
   // One piece, as in memory, unless that would be large.
   constexpr uint64_t most_unused = uint64_t{1} << 20;
   unused_pieces_ = static_cast<size_t>((sharing_->unused() + most_unused - 1) / most_unused);
@@ -295,6 +312,7 @@ Result<> SourcePieces::share(const PointSharing::PlaceOf& place_of) {
   return {};
 }
 
+/// Points are read in rising order, page after page of the source.
 Result<SourcePieces::Raw> SourcePieces::read(size_t piece) {
   Raw raw;
   if (has_cells(piece)) {
@@ -316,6 +334,7 @@ Result<SourcePieces::Raw> SourcePieces::read(size_t piece) {
   return raw;
 }
 
+/// Cells stand in the order of their numbers, so that blocks come one after the other.
 Result<SourcePieces::Loaded> SourcePieces::load(Raw raw) const {
   Loaded loaded;
   Mesh& mesh = loaded.sub.mesh;

@@ -18,12 +18,16 @@ namespace maille {
 
 /// The pieces of a mesh that is read in parts. Its cells go to temporary files, piece by piece, as cuts
 /// through a sample of them tell; of each piece the numbers of its points go there as well, and which of them
-/// others have.
+/// others have. Memory is that of the sample (at most 2^21 middles), of buffers, and of the pieces that are
+/// loaded at once.
+/// Order of calls: cut(), share(), then read() by one thread and load() by any.
 class SourcePieces {
  public:
   /// `mesh` must outlive it. Errors: those of reading it, unsupported (more than 2^32 points or cells),
   /// write_failed, cancelled.
   SourcePieces(MeshSource& mesh, const WorkingSpace& space, const EncodeOptions& options);
+  /// Cuts the cells into pieces of about `target`: looked through for the sample, then distributed; again by
+  /// number if that is the better way.
   Result<> cut(uint64_t target);
   /// Afterwards. `place_of`: as PointSharing has it.
   Result<> share(const PointSharing::PlaceOf& place_of);
@@ -34,7 +38,7 @@ class SourcePieces {
   /// Types of blocks; where the file does not tell, the type that all its cells have, or mixed.
   const std::vector<CellType>& block_types() const { return block_types_; }
 
-  /// What of a piece is read by one thread.
+  /// What of a piece is read by one thread: files and caches are not shared between threads.
   struct Raw {
     std::vector<std::byte> cells;   ///< packed, with their values
     std::vector<uint32_t> points;   ///< rising
@@ -49,7 +53,8 @@ class SourcePieces {
     std::vector<uint32_t> cells;  ///< numbers in the mesh
     std::vector<SharedPoint> shared;
   };
-  /// From any thread. Error: malformed_input.
+  /// Makes a mesh of it; may be called from any thread. Error: malformed_input, where the source gave cells
+  /// that are no mesh.
   Result<Loaded> load(Raw raw) const;
 
  private:

@@ -21,7 +21,8 @@
 namespace maille {
 namespace {
 
-/// Positions as decoders will have them: what shared points are known by.
+/// Positions as decoders will have them, one by one: what shared points are known by. Without loss these are
+/// the positions themselves.
 class DecodedPlaces {
  public:
   DecodedPlaces(MeshSource& mesh, const ArrayMapsList& maps, uint64_t memory)
@@ -51,7 +52,8 @@ class DecodedPlaces {
   Array position_;
 };
 
-/// Those of a piece in its coded order.
+/// Shared points of a piece, by their places in its coded order, rising. Both lists rise by number, so that
+/// each is a search.
 std::vector<SharedPoint> in_coded_order(const std::vector<SharedPoint>& shared,
                                         const std::vector<uint32_t>& points,
                                         const std::vector<uint32_t>& coded_points) {
@@ -99,7 +101,8 @@ class SourcePiecesEncoder {
     CellTotals totals;
   };
 
-  /// Of a cell in a piece that is coded, about: the peak for hexahedra with doubles, one thread, was 244.
+  /// What a cell takes in bytes in a piece that is coded, about: the peak for hexahedra with doubles, one
+  /// thread, was 244.
   uint64_t bytes_of_cell() const {
     const MeshDescription& mesh = mesh_.description();
     const uint64_t corners = mesh.corners / std::max<uint64_t>(mesh.cells, 1) + 1;
@@ -107,7 +110,9 @@ class SourcePiecesEncoder {
     for (const Array& array : mesh.arrays) bytes += 4 * array.tuple_size();
     return bytes;
   }
-  /// As many pieces at once as there is room for. Error: memory_bound, where there is none for one.
+  /// Finds how many pieces can be coded at once: as many as there is room for, four at most. Error:
+  /// memory_bound, where there is none for one. Also sets aside 1,024 bytes for each piece: buffers of its
+  /// lists, and its line of the index.
   Result<> check_space(uint64_t target) {
     constexpr uint64_t usual = 4;
     const uint64_t piece = std::min(target, mesh_.description().cells) * bytes_of_cell();
@@ -161,6 +166,7 @@ class SourcePiecesEncoder {
     return coded;
   }
 
+  /// Pieces are written in order; numbers stand behind all of them, so they wait in a temporary file.
   Result<> write(uint32_t number, const Coded& coded) {
     MAILLE_CHECK(file_->write_stream({"PIEC", number, 0}, coded.piece));
     MAILLE_CHECK(numbers_->append(number, coded.numbers));
@@ -179,6 +185,8 @@ class SourcePiecesEncoder {
     return file_->write_stream({"TAIL"}, encode_tail(MAILLE_TRY(tail())));
   }
 
+  /// What the file's end says. Ranges come from one more reading of points and arrays, as pieces share
+  /// points.
   Result<StreamTail> tail() {
     const MeshDescription& mesh = mesh_.description();
     StreamTail tail;
@@ -203,7 +211,7 @@ class SourcePiecesEncoder {
     tail.errors = errors_of(report_);
     return tail;
   }
-  /// Of all tuples, each once: pieces have some twice.
+  /// The range of all tuples, each once: pieces have some twice, and NaN are counted.
   template <class Read>
   static Result<ValueRange> range_of(const Array& array, uint64_t count, Read read) {
     constexpr uint64_t at_once = 4096;

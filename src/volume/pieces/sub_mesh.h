@@ -8,7 +8,7 @@
 
 namespace maille {
 
-/// Some cells of a mesh as a mesh of their own.
+/// Some cells of a mesh as a mesh of their own, with points in the order of the whole mesh.
 struct SubMesh {
   Mesh mesh;                     ///< blocks without cells are left out, arrays of the mesh as a whole, too
   std::vector<uint32_t> points;  ///< by point, its number in the whole mesh; rising

@@ -12,7 +12,7 @@
 namespace maille {
 namespace {
 
-/// The part of a piece that is wanted.
+/// The part of a piece that is wanted, as a piece: shared points and numbers are those of what is left.
 DecodedPiece part_of(const DecodedPiece& piece, const std::vector<uint32_t>& cells) {
   SubMesh sub = take_cells(piece.mesh, cells);
   DecodedPiece part;
@@ -47,7 +47,7 @@ PieceInfo::Field info_of(const StreamArray& array, const PieceField& field) {
   return info;
 }
 
-/// The arrays that come, and those that conditions need besides.
+/// The arrays that come, and those that conditions need besides; these are taken away in the end.
 std::optional<std::vector<std::string>> arrays_for(const DecodeOptions& options, const VolumeQuery& query) {
   std::optional<std::vector<std::string>> arrays = options.arrays;
   for (const ValueCondition& condition : query.conditions) {
@@ -120,6 +120,7 @@ Result<PieceInfo> VolumeFile::info(uint32_t piece) const {
   return info;
 }
 
+/// By the index alone: no piece is read. Pieces may be among these that have no such cell.
 Result<std::vector<uint32_t>> VolumeFile::select(const VolumeQuery& query) const {
   const CheckedQuery checked = MAILLE_TRY(CheckedQuery::check(query, state_->reader));
   std::vector<uint8_t> asked(pieces(), query.pieces ? 0 : 1);
@@ -148,6 +149,8 @@ Result<Mesh> VolumeFile::coarse() const {
   return mesh;
 }
 
+/// Pieces are fetched at once, decoded side by side and cut to what is wanted at once, so that memory follows
+/// the result. A damaged piece is a problem that is told, not an error: the rest comes.
 Result<ExtractedVolume> VolumeFile::extract(const VolumeQuery& query) const {
   const std::vector<uint32_t> selected = MAILLE_TRY(select(query));
   const PieceReader reader = state_->reader.with_arrays(arrays_for(state_->options, query));

@@ -14,7 +14,9 @@ bool overlap(const ValueCondition& wanted, double low, double high) {
   return low <= wanted.high && high >= wanted.low;
 }
 
-/// What values a field may have in a piece: of a component, or of the length of its tuples.
+/// Whether values that a field may have in a piece are wanted: those of a component, or of the length of its
+/// tuples. Of a length the bounds follow from those of the components: the nearest and the farthest point of
+/// their box.
 bool may_have(const PieceField& field, const ValueCondition& wanted) {
   const size_t count = field.components.size();
   if (wanted.component || count == 1) {
@@ -30,7 +32,8 @@ bool may_have(const PieceField& field, const ValueCondition& wanted) {
     least += near * near;
     most += far * far;
   }
-  // Squares and roots are rounded.
+  // Squares and roots are rounded: a relative slack of 1e-12 is far above that (16 components, half a unit of
+  // 2^-53 each), and too little to matter.
   return overlap(wanted, std::sqrt(least) * (1 - 1e-12), std::sqrt(most) * (1 + 1e-12));
 }
 
@@ -48,7 +51,7 @@ bool has_value(const Array& array, uint64_t tuple, const ValueCondition& wanted)
   return length >= wanted.low && length <= wanted.high;
 }
 
-/// Points whose numbers are not finite are nowhere.
+/// The box around some points. Points whose numbers are not finite are nowhere.
 std::optional<Box> box_of(const Array& positions, std::span<const uint32_t> points) {
   std::optional<Box> box;
   for (const uint32_t point : points) {
@@ -67,6 +70,7 @@ bool is_everywhere(const Region& region) {
   return !region.box && !region.sphere && region.planes.empty();
 }
 
+/// A point on the plane is on both sides.
 bool crosses(const Region::Plane& plane, const Array& positions, std::span<const uint32_t> points) {
   bool below = false, above = false;
   for (const uint32_t point : points) {
@@ -114,6 +118,7 @@ Result<CheckedQuery> CheckedQuery::check(const VolumeQuery& query, const PieceRe
 bool CheckedQuery::may_have(const PieceRecord& piece) const {
   const bool has_box = piece.low[0] <= piece.high[0];
   if (!is_everywhere(query_->region) && !(has_box && query_->region.meets(box_of(piece)))) return false;
+  // A plane as the two half spaces that meet in it.
   if (query_->plane) {
     Region both;
     both.planes = {*query_->plane, {query_->plane->normal * -1, -query_->plane->offset}};
@@ -127,6 +132,8 @@ bool CheckedQuery::may_have(const PieceRecord& piece) const {
          });
 }
 
+/// Cells whose box meets the region, not only cells within it; of a condition on points, one point of the
+/// cell is enough.
 std::vector<uint32_t> CheckedQuery::cells_of(const DecodedPiece& piece) const {
   const Mesh& mesh = piece.mesh;
   std::vector<std::pair<const Array*, ValueCondition>> conditions;
