@@ -22,6 +22,7 @@ struct Subset {
   uint32_t parts = 1;
 };
 
+/// Early cuts get 0.6 of the slack, because what they are off is inherited by all parts below them.
 Balance balance_of(const Subset& subset, double slack) {
   const uint32_t left = subset.parts / 2;
   const double wished = static_cast<double>(subset.weight) * left / subset.parts;
@@ -53,6 +54,8 @@ std::vector<float> projections(const SpatialGraph& graph, const std::array<doubl
   return along;
 }
 
+/// With equal weights the place of the cut is known, and finding the n-th node is enough; otherwise all are
+/// sorted.
 std::vector<uint8_t> split_along(const SpatialGraph& graph, const std::vector<float>& along,
                                  uint64_t wished) {
   std::vector<uint32_t> order(graph.size());
@@ -111,6 +114,8 @@ constexpr size_t least_clustered = 2048;
 struct BandFactors {
   uint32_t of_starts, of_best;
 };
+// Chosen without a record of a sweep: wider bands make shorter cuts, and flows in them take longer. Cutting
+// clusters first took the dragon from 4.1-5.8 to 3.0-4.1 s of building (02c96d1).
 constexpr BandFactors of_nodes{8, 16}, of_clusters{4, 8};
 
 /// One cut of each start in a narrow band, and two more of the better one in a wide band.
@@ -130,6 +135,7 @@ TwoSides cut_in_two(const SpatialGraph& graph, const Balance& balance, unsigned 
     offer(split_along(graph, projections(graph, axes[k]), balance.wished));
   }
   offer(split_by_growth(graph, along, balance.wished));
+  // The band moves with the cut, so a second round may find more.
   for (unsigned round = 0; round < 2; ++round) {
     if (!band.improve(*best, balance, factors.of_best)) break;
   }

@@ -4,6 +4,8 @@
 
 namespace maille {
 
+/// Clusters grow one after the other, each from a node beside those that exist, so no gaps of a few nodes are
+/// left over.
 ClusteredNodes cluster_nodes(const SpatialGraph& graph, uint32_t size) {
   ClusteredNodes result;
   std::vector<uint32_t>& order = result.order;
@@ -63,6 +65,8 @@ SpatialGraph reordered(const SpatialGraph& graph, std::span<const uint32_t> orde
   return result;
 }
 
+/// A node for each cluster, at the weighted mean of its places, with edges that weigh as much as all between
+/// the two. So a cut of clusters costs what the same cut of nodes does.
 SpatialGraph contracted(const SpatialGraph& graph, std::span<const uint32_t> cluster) {
   SpatialGraph result;
   const uint32_t clusters = cluster.empty() ? 0 : cluster.back() + 1;
@@ -82,6 +86,7 @@ SpatialGraph contracted(const SpatialGraph& graph, std::span<const uint32_t> clu
         const uint32_t to = cluster[graph.neighbour[a]];
         if (to == own) continue;
         uint32_t& edge = edge_to[to];
+        // An entry below `first` belongs to an earlier cluster, so the table is never cleared.
         if (edge == nowhere || edge < first) {
           edge = static_cast<uint32_t>(result.neighbour.size());
           result.neighbour.push_back(to);

@@ -27,6 +27,7 @@ struct VertexTriangles {
   }
 };
 
+/// The squared distance of the farthest removed vertex from the triangles that are left.
 double removed_vertices(const SimplifierInput& input, const Simplified& simplified) {
   const TriangleTree tree(simplified.triangles, input.positions);
   const VertexTriangles around(simplified.triangles, input.locked.size());

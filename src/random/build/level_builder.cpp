@@ -14,7 +14,8 @@
 namespace maille {
 namespace {
 
-/// Around the middle of the box.
+/// A sphere around the middle of the box: at most sqrt(3) times as large as the smallest one, and found in
+/// two passes. The factor makes up for the rounding of the root, so that no vertex lies outside.
 Sphere sphere_of(std::span<const uint32_t> vertices, std::span<const float> positions) {
   const auto position = [&](uint32_t v) {
     Vector3 p;
@@ -63,6 +64,7 @@ class LevelBuilder {
                std::span<const Chart> charts = {})
       : faces_(faces), vertices_(vertices), sizes_(sizes), charts_(charts) {}
 
+  /// Cuts the faces of the mesh into the charts of level 0.
   std::vector<Chart> cut(Executor& executor) const {
     const std::vector<uint32_t> joined = joined_on_borders();
     std::vector<uint32_t> corners(faces_.corners.size());
@@ -84,6 +86,9 @@ class LevelBuilder {
     return charts;
   }
 
+  /// Cuts the charts of a level into groups and simplifies each of these. Vertices that several groups have
+  /// stay as they are, so groups can be simplified at once, and any mixture of levels fits together without
+  /// cracks. The next level is cut into other groups, so that these borders can go then.
   std::vector<SimplifiedGroup> simplify(bool alone, Executor& executor) {
     const uint64_t target = uint64_t{sizes_.chart_faces} * sizes_.group_charts;
     const auto group_of = cut_into_parts(chart_graph(), {.target = target, .slack = 0.25, .axes = 3});
@@ -271,6 +276,8 @@ class LevelBuilder {
     if (job.triangles.empty()) return;
     const auto [low, high] = std::minmax_element(job.triangles.begin(), job.triangles.end());
     const uint32_t first = *low, range = *high - *low + 1;
+    // Numbers that are scattered over the mesh would need a table much larger than the group; they are sorted
+    // instead.
     if (range > 16 * job.triangles.size()) {
       job.vertices = job.triangles;
       std::sort(job.vertices.begin(), job.vertices.end());
@@ -294,6 +301,7 @@ class LevelBuilder {
   GroupJob run_group(const SimplifiedGroup& group, bool last) const {
     GroupJob job = collect(group);
     const auto count = static_cast<uint32_t>(job.triangles.size() / 3);
+    // The last level aims at one chart, with some room for triangles that cannot go.
     const auto root = static_cast<uint32_t>(0.9 * sizes_.chart_faces);
     const SimplifierInput input{job.triangles, job.positions,
                                 job.locked,    last ? std::min(root, count / 4) : count / 4,

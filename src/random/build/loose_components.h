@@ -11,7 +11,8 @@
 namespace maille {
 
 /// The components of triangles that have no locked vertex, so that they may vanish as a whole. A component is
-/// named by its lowest vertex.
+/// named by its lowest vertex. Scans have thousands of small ones, which collapses cannot remove: they would
+/// never get coarse.
 class LooseComponents {
  public:
   struct Component {

@@ -15,9 +15,11 @@
 namespace maille {
 namespace {
 
+/// Rows are read in parts of this size, and temporary files are written through buffers of this size in all.
 constexpr uint64_t rows_at_once = 1 << 14;
 constexpr uint64_t buffer_memory = uint64_t{16} << 20;
-/// A face of more corners goes to the window of its lowest point: votes take the square of the time.
+/// Corners of a face vote for its window, which takes the square of their number. A face of more corners goes
+/// to the window of its lowest point instead, so that a hostile face of a million corners takes no time.
 constexpr size_t most_votes = 64;
 /// Windows are numbered in 15 bits.
 constexpr uint64_t most_windows = 0x7fff;
@@ -152,6 +154,7 @@ Result<> MeshWindows::cut(uint64_t faces) {
   if (wished > most_windows) return refused("the mesh is too large for mode \"random\"");
   if (wished == 1) return {};
   constexpr uint64_t at_once = 64;
+  // About 2,560 points for each window, in stretches, since single points would cost a read each.
   const uint64_t stretches = std::min(std::max<uint64_t>(40 * wished, 1 << 10), mesh.points / at_once + 1);
   std::vector<uint64_t> sample;
   Array positions = layout_.arrays[0];
@@ -169,6 +172,8 @@ Result<> MeshWindows::cut(uint64_t faces) {
   return {};
 }
 
+/// Sends each point to the window that its place on the curve belongs to, and remembers the window in two
+/// bytes.
 Result<> MeshWindows::deal_points(const Progress& progress) {
   const uint64_t points = mesh_->description().points;
   Pace pace(progress, "sorting points", points);

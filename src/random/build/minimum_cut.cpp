@@ -58,6 +58,7 @@ void BandCut::find_band(const TwoSides& sides, const Balance& balance, uint32_t 
     }
     if (on_cut) seeds.push_back(i);
   }
+  // Half of the band lies on each side. The 64 keep short cuts from having a band in which nothing can move.
   const uint64_t widest = (uint64_t{factor} * seeds.size() / 2 + 64) * mean_weight_;
   const auto room = [widest](uint64_t from, uint64_t to) {
     return from < to ? std::min(to - from, widest) : 0;
@@ -67,7 +68,8 @@ void BandCut::find_band(const TwoSides& sides, const Balance& balance, uint32_t 
   grow_side(sides, seeds, 1, room(sides.left_weight, balance.most));
 }
 
-/// Breadth first from the cut; all that may change sides together weighs `budget` at most.
+/// Grows the band breadth first from the cut. Whatever cut is found within it, at most the nodes of the band
+/// change sides; since these weigh `budget` at most, every such cut is balanced.
 void BandCut::grow_side(const TwoSides& sides, const std::vector<uint32_t>& seeds, uint8_t side,
                         uint64_t budget) {
   const auto take = [&](uint32_t node) {
@@ -109,6 +111,8 @@ void BandCut::build_network(const TwoSides& sides) {
   pair_arcs();
 }
 
+/// Finds the reverse arc of each arc. Both ends list their arcs, so pairs are found without a hash table, and
+/// the same ones on every machine.
 void BandCut::pair_arcs() {
   // Arcs before this place are paired; every edge stands at both of its ends.
   current_.assign(first_arc_.begin(), first_arc_.end() - 1);
@@ -149,8 +153,9 @@ bool BandCut::find_levels() {
   return reached;
 }
 
-/// One path from `start`, which has capacity from the source, along rising levels. Its flow, 0 when there is
-/// none.
+/// Sends flow along one path from `start`, which has capacity from the source, along rising levels; returns
+/// how much, and 0 if there is no path. A node from which the sink cannot be reached loses its level and is
+/// not visited again in this phase, which is what bounds Dinic's algorithm.
 uint32_t BandCut::augment(uint32_t start) {
   path_.clear();
   uint32_t node = start;
@@ -203,6 +208,8 @@ std::vector<uint8_t> BandCut::reachable_from_source() const {
   return left;
 }
 
+/// The largest left side of a minimum cut. reachable_from_source() is the smallest one, and both are the same
+/// for every maximum flow.
 std::vector<uint8_t> BandCut::cannot_reach_sink() const {
   std::vector<uint8_t> left(band_.size(), 1);
   std::vector<uint32_t> queue;
@@ -223,6 +230,7 @@ std::vector<uint8_t> BandCut::cannot_reach_sink() const {
   return left;
 }
 
+/// Takes the smallest or the largest left side, whichever weighs nearer to what is wished for.
 void BandCut::apply(TwoSides& sides, const Balance& balance, uint64_t flow) {
   const auto weight_of = [&](const std::vector<uint8_t>& left) {
     uint64_t weight = sides.left_weight;

@@ -28,7 +28,9 @@ Matrix covariance(const SpatialGraph& graph) {
   return sums;
 }
 
-/// Turns `m` and the columns of `axes` so that m[p][q] becomes 0.
+/// One rotation of Jacobi's method: turns `m` and the columns of `axes` so that m[p][q] becomes 0. Of the two
+/// angles that do so it takes the one below 45 degrees, with which the method converges (Golub and Van Loan,
+/// 8.5). It uses + - * / and sqrt() only, so the axes are the same on every machine.
 void rotate(Matrix& m, Matrix& axes, unsigned p, unsigned q) {
   if (m[p][q] == 0) return;
   const double theta = (m[q][q] - m[p][p]) / (2 * m[p][q]);

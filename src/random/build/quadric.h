@@ -4,7 +4,9 @@
 
 namespace maille {
 
-/// Weighted squared distance from planes, Garland and Heckbert 1997: p'Ap + 2b'p + c.
+/// A weighted sum of squared distances from planes (Garland and Heckbert 1997): for a plane n.p + d = 0 of
+/// weight w, w (n.p + d)^2 = p'(w nn')p + 2 w d n.p + w d^2. Sums of quadrics are quadrics, so a vertex
+/// remembers all the planes of the vertices that were merged into it in ten numbers.
 struct Quadric {
   double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
   Vector3 b{};

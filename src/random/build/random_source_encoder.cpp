@@ -19,11 +19,11 @@
 namespace maille {
 namespace {
 
-/// Charts that tables are made of.
+/// Tables are made of so many charts, which are taken from at most so many windows. Chosen, not swept: all
+/// charts use these tables, but the sample must be in memory.
 constexpr size_t charts_in_sample = 128;
 constexpr uint32_t windows_in_sample = 8;
-/// And starts, for which the positions of all of these are held.
-/// Memory that does not depend on the mesh, and of a piece for each of its faces, about.
+/// Memory that does not depend on the mesh, and memory of a piece for each of its faces, about.
 constexpr uint64_t fixed_memory = uint64_t{96} << 20;
 constexpr uint64_t memory_per_face = 200;
 /// Pieces that are worked on at once; more would only wait.
@@ -38,6 +38,10 @@ struct PendingChart {
   std::vector<uint32_t> border;
 };
 
+/// Encodes a mesh that memory does not hold. Faces are sorted into windows, which are runs along a
+/// space-filling curve, in temporary files; each window is cut, coded and simplified alone; coarser levels
+/// are built of runs of charts in the same way, until one run is left. Whatever happens at once is committed
+/// in order, so the file does not depend on threads or on memory.
 class SourceEncoder {
  public:
   SourceEncoder(MeshSource& mesh, const EncodeOptions& options, const SourceBuilding& building)
@@ -225,6 +229,7 @@ class SourceEncoder {
       order.emplace_back(windows_->key_of(charts[i].sphere.centre), i);
     std::sort(order.begin(), order.end());
     std::vector<std::vector<uint32_t>> runs(1);
+    // Every other level begins with half a run, which moves the borders of runs.
     uint64_t room = building_.window_faces / (level % 2 == 1 ? 2 : 1);
     uint64_t all = 0;
     for (const PendingChart& chart : charts) all += chart.triangles;

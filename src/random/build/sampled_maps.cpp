@@ -16,6 +16,9 @@ constexpr uint64_t tuples_at_once = 1 << 14;
 constexpr uint64_t most_misfits = 1 << 12;
 constexpr unsigned most_rounds = 4;
 
+/// Chooses the maps of an array that is read in parts. A sample proposes maps, and one pass over the array
+/// tests them on every number; what they do not hold joins the sample. After four rounds that failed, maps
+/// that hold anything are taken.
 class ArraySampler {
  public:
   ArraySampler(MeshSource& mesh, size_t array, const Tolerance& tolerance)
@@ -38,6 +41,7 @@ class ArraySampler {
       if (maps.lossless && !is_float(sample_.type)) return maps;
       if (MAILLE_TRY(add_misfits(maps)) == 0) return maps;
     }
+    // Codes that are the bits of the numbers hold every number, at the price of larger files.
     ArrayMaps any;
     any.maps.resize(sample_.components);
     if (is_float(sample_.type)) {

@@ -13,15 +13,22 @@
 namespace maille {
 namespace {
 
+// Chosen, not swept. Planes that stand on a border or a seam keep it in place: with a smaller weight borders
+// shrink, with a larger
+// one more triangles are spent on them.
 constexpr double border_weight = 10;
 constexpr double seam_weight = 2;
+// A triangle may turn by the angle with this cosine, 78 degrees. Chosen, not swept: a stricter limit gets
+// curved surfaces stuck, a looser one lets folds through.
 constexpr double flip_limit = 0.2;
+// This only bounds the loop, together with `idle`: a level halves its triangles in a few passes.
 constexpr unsigned most_passes = 40;
 
 enum class Kind : uint8_t { interior, border, fixed };
 
-/// A vertex to be merged into another, or a component to be removed, named by its lowest vertex: as one
-/// number that orders them by cost, then by vertex. Costs are not negative.
+/// A vertex to be merged into another, or a component to be removed, named by its lowest vertex. One number
+/// orders them by cost, then by vertex: the bits of floats that are not negative rise with the float. It also
+/// makes the order total, so that the result does not depend on the sort.
 using Candidate = uint64_t;
 constexpr uint32_t whole_component = 1u << 31;
 Candidate candidate_of(float cost, uint32_t from) {
@@ -220,6 +227,7 @@ class Simplifier {
     seam_at_home_.resize(seam_quadric_.size());
     for (const uint32_t v : alive_) look_at_home(v);
   }
+  /// Remembers the error of a vertex where it is, which cost() needs for every neighbour.
   void look_at_home(uint32_t v) {
     vertex_[v].weight = quadric_[v].weight;
     vertex_[v].at_home = quadric_[v].at(position(v));
@@ -278,7 +286,9 @@ class Simplifier {
     return std::span(others_).subspan(first_[v], end_[v] - first_[v]);
   }
 
-  /// The neighbours of a vertex, with the number of faces at the edge to each.
+  /// Finds the neighbours of a vertex and counts the faces at the edge to each. place_in_ring_ is never
+  /// cleared: an entry counts only if the ring has the vertex there, which makes a set without hashing and
+  /// without clearing.
   void find_ring(uint32_t v) {
     ring_.clear();
     for (uint32_t i = first_[v]; i < end_[v]; ++i) {
@@ -296,12 +306,16 @@ class Simplifier {
       }
     }
   }
+  /// Two features make a curve along which the vertex may slide; one, or three and more, are its end or a
+  /// crossing.
   Kind kind_of_ring() const {
     unsigned features = 0;
     for (const Neighbour& other : ring_) features += other.is_feature();
     return features == 0 ? Kind::interior : features == 2 ? Kind::border : Kind::fixed;
   }
 
+  /// The mean squared distance that merging `from` into `to` leaves: the sum of both quadrics at `to`, over
+  /// their areas.
   double cost(uint32_t from, const Quadric& quadric, uint32_t to) const {
     const Vertex &a = vertex_[from], &b = vertex_[to];
     const Vector3 step = b.position - a.position;
@@ -346,6 +360,9 @@ class Simplifier {
     }
   }
 
+  /// The largest cost that this pass accepts. A collapse removes two triangles, so the cheapest goal / 2
+  /// candidates would do if none were refused; `widening` makes up for those that are. Without a limit, a
+  /// pass would accept bad collapses where cheap ones have just been blocked by their neighbours.
   float pass_limit(uint32_t goal, double widening) {
     const size_t n = std::min<size_t>(candidates_.size() - 1, goal / 2);
     const auto nth = candidates_.begin() + static_cast<ptrdiff_t>(n);
@@ -379,6 +396,8 @@ class Simplifier {
     return removed;
   }
 
+  /// Refuses a component that would take far more triangles than are to go: the level would fall below half
+  /// its target.
   uint32_t remove_component(uint32_t component, float cost, uint32_t goal) {
     const uint32_t faces = components_.faces(component);
     if (faces > goal && faces - goal > input_.target / 2) return 0;
@@ -387,6 +406,9 @@ class Simplifier {
     return faces;
   }
 
+  /// Merges u into v, if neither was touched in this pass and no face turns over. Returns how many triangles
+  /// vanish; 0 if the collapse is refused. Triangles are rebuilt after the pass, so those around are seen
+  /// through to_.
   uint32_t collapse(uint32_t u, uint32_t v) {
     if (touched_[u] || touched_[v] || components_.is_gone_with(u)) return 0;
     uint32_t vanishing = 0, surviving = 0;
@@ -413,6 +435,7 @@ class Simplifier {
     components_.lose_faces(u, vanishing);
     return vanishing;
   }
+  /// Only what is around a collapse has to be looked at again in the next pass.
   void note_changes(uint32_t v) {
     changed_[v] = 1;
     for (const Others& t : others(v)) changed_[t.next] = changed_[t.previous] = 1;

@@ -42,7 +42,9 @@ EdgeTable edges_of(const FaceLists& faces, uint32_t vertices) {
   return table;
 }
 
-/// Calls f(face, face) for faces that follow each other at an edge.
+/// Calls f(face, face) for faces that follow each other at an edge. Where more than two faces meet, they form
+/// a chain and not a clique: an edge with thousands of faces, which a hostile mesh may have, would make
+/// millions of links.
 template <class F>
 void for_each_link(const EdgeTable& table, F f) {
   for (size_t v = 0; v + 1 < table.first.size(); ++v) {
@@ -98,6 +100,7 @@ SpatialGraph dual_graph(const FaceLists& faces, std::span<const float> positions
   if (!faces.first.empty()) {
     graph.node_weight.reserve(faces.size());
     for (uint32_t i = 0; i < faces.size(); ++i) {
+      // A polygon counts as the triangles that it is shown as.
       graph.node_weight.push_back(static_cast<uint32_t>(std::max<size_t>(faces.face(i).size(), 3)) - 2);
     }
   }

@@ -59,6 +59,8 @@ std::vector<uint32_t> pieces_of_points(const Mesh& mesh) {
       const auto cell = block.cell(i);
       for (const uint32_t point : cell) {
         const uint32_t a = find(cell[0]), b = find(point);
+        // The lower number becomes the parent. That gives up the best bound of union-find, but makes the
+        // result independent of the order of cells.
         parent[std::max(a, b)] = std::min(a, b);
       }
     }

@@ -34,6 +34,7 @@ Result<> nearest_first(RandomReader& reader, Distance distance, Reach reach, Loo
     if (next->missing) {
       const unsigned rebuilt = reader.rebuilt();
       MAILLE_CHECK(reader.load_index_pages({*next->missing}));
+      // A damaged index was made anew, and the queue refers to groups of the old one.
       if (reader.rebuilt() != rebuilt) queue.emplace(reader.index(), distance);
       continue;
     }

@@ -99,6 +99,8 @@ Result<> RandomReader::read_front() {
   }
 }
 
+/// The slow way, for files whose front is damaged: finds the same streams by their chunks, anywhere in the
+/// file.
 Result<> RandomReader::read_by_key() {
   if (charts_alone) return left_out_of_charts();
   const FileReader& file = MAILLE_TRY(whole_file());
@@ -156,7 +158,8 @@ Result<> RandomReader::set_front(const Front& front) {
   return {};
 }
 
-/// `lenient`: damaged tables are as good as none.
+/// Makes the two sets of charts, level 0 and coarser ones, from the description and the tables. `lenient`:
+/// damaged tables are as good as none.
 Result<> RandomReader::set_sets(const Front& front, bool lenient) {
   for (uint32_t set = 0; set < chart_sets; ++set) {
     auto read = chart_set(description_, set, front.tables[set]);
@@ -189,6 +192,7 @@ RandomReader::PageChunk RandomReader::place_of_page(uint32_t page) const {
   chunk.header.size = place.size;
   const uint64_t total = chunk_total_bytes(chunk.header);
   const uint64_t before = total - place.size - chunk_checksum_bytes;
+  // The place comes from the directory and may be anything; no sum here can wrap around.
   if (place.offset < before || place.offset - before > source_->size() ||
       total > source_->size() - (place.offset - before)) {
     return chunk;
@@ -230,7 +234,8 @@ Result<> RandomReader::load_index_pages(const std::vector<uint32_t>& pages) {
   return {};
 }
 
-/// Sets a page of the index, read again or looked for elsewhere if it is damaged; false: it is nowhere.
+/// Sets a page of the index. A damaged one is read again, since a cache or a connection may have damaged it,
+/// and then looked for elsewhere in the file; false: it is nowhere.
 Result<bool> RandomReader::repair_index_page(uint32_t page, PageChunk& chunk) {
   if (set_index_page(chunk)) return true;
   if (!chunk.bytes.empty() && source_->forget(chunk.offset, chunk.bytes.size())) {

@@ -15,12 +15,17 @@ double length(const Vector3& v) {
   return std::sqrt(dot(v, v));
 }
 
+/// The error in pixels, as seen from the nearest point of the group's sphere; infinite within the sphere.
+/// Spheres enclose those of finer groups, so this never rises from a group to those that refine it, and
+/// selections have no cracks.
 double seen_error(const View& view, const IndexedGroup& group) {
   const double distance = length(group.sphere.centre - view.eye) - group.sphere.radius;
   return distance > 0 ? group.view_error / distance * view.pixels_per_radian
                       : std::numeric_limits<double>::infinity();
 }
 
+/// Collects the pages of the index that a selection needs and does not have. The caller loads them and asks
+/// again.
 class Missing {
  public:
   explicit Missing(const ChartIndex& index) : index_(index) {}
@@ -112,6 +117,8 @@ class GrowingCut {
   struct Candidate {
     double error;
     uint32_t group;
+    // The queue gives the largest first; of equal errors the lower group comes first, so that the order is
+    // total.
     bool operator<(const Candidate& o) const { return error != o.error ? error < o.error : group > o.group; }
   };
   /// Of a group that is not refined: the charts of the cut that it would replace.
@@ -140,6 +147,8 @@ class GrowingCut {
       if (missing_.has(chart.producer)) offer(chart.producer, replaced.charts);
     }
   }
+  /// A group becomes a candidate when all charts that it replaces are in the cut. Replacing only some of them
+  /// would leave cracks.
   void offer(uint32_t number, uint32_t charts) {
     const IndexedGroup& group = index_.group(number);
     if (charts < group.replaces || !region_.meets(group.sphere)) return;

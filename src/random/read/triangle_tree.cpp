@@ -79,6 +79,7 @@ void TriangleTree::search(const Vector3& from, const double& bound, double enoug
       continue;
     }
     const Node &left = nodes_[at + 1], &right = nodes_[node.right];
+    // The nearer child goes first, so that the bound shrinks before the other one is looked at.
     const bool left_first =
         maille::squared_distance(from, left.box) <= maille::squared_distance(from, right.box);
     stack[size++] = left_first ? node.right : at + 1;

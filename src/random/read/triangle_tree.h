@@ -27,6 +27,7 @@ class TriangleTree {
     uint32_t begin, end;  ///< triangles in order_ (leaf)
     uint32_t right;       ///< the left child follows the node; 0: a leaf
   };
+  // Chosen, not swept: smaller leaves mean more boxes, larger ones more triangles to measure.
   static constexpr uint32_t leaf_size = 8;
 
   Vector3 position(uint32_t vertex) const { return finite_position(positions_, vertex); }
