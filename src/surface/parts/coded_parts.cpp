@@ -18,7 +18,7 @@
 namespace maille {
 namespace {
 
-/// One position as the decoder will have it.
+/// One position as the decoder will have it, in the array's type; 24 bytes are three doubles.
 std::array<std::byte, 24> decoded_position(const ArrayToCode& positions, uint64_t point) {
   const Array& array = *positions.array;
   const size_t size = size_of(array.type);
@@ -42,12 +42,15 @@ std::array<std::byte, 24> decoded_position(const ArrayToCode& positions, uint64_
 uint64_t most_cells_per_part(const EncodeOptions& options, uint64_t cells) {
   static_assert(efforts.back().cells_per_part <= most_patch_corners / 4);
   if (options.most_cells_per_part) return *options.most_cells_per_part;
+  // A mesh slightly larger than one part is cut into two halves, not left with a small rest: parts may have
+  // half as many again, so that the dragon has two parts instead of four (f46b2b6).
   const uint64_t one_part = effort_of(options.effort).cells_per_part;
   return cells <= one_part ? one_part : std::min(cells - 1, one_part + one_part / 2);
 }
 
 std::vector<float> decoded_floats(const ArrayToCode& positions, Executor& executor) {
   const Scalar type = positions.array->type;
+  // Below the largest float, so that conversions do not overflow.
   constexpr double most = 3e38;
   std::vector<float> floats(positions.array->count() * 3);
   for_each_chunk(executor, positions.array->count(), [&](size_t, size_t begin, size_t end) {
@@ -55,6 +58,7 @@ std::vector<float> decoded_floats(const ArrayToCode& positions, Executor& execut
       const auto position = decoded_position(positions, point);
       for (size_t k = 0; k < 3; ++k) {
         const double number = number_as_double(type, position.data() + k * size_of(type));
+        // False for infinities and NaN, which stay at 0.
         if (number - number == 0) floats[3 * point + k] = static_cast<float>(std::clamp(number, -most, most));
       }
     }
@@ -80,7 +84,7 @@ std::vector<Place> decoded_places(const ArrayToCode& positions) {
 namespace {
 
 /// Patches work at once, and each tells what it does; the caller hears of finished patches, from one thread
-/// at a time.
+/// at a time. A thread that finds another one reporting goes on without: the next report says as much.
 class PatchProgress {
  public:
   PatchProgress(const Progress& progress, size_t patches) : progress_(progress), patches_(patches) {}
@@ -123,6 +127,7 @@ Result<std::vector<Value>> for_each_patch(size_t count, const Options& options, 
   std::vector<std::optional<Result<Value>>> results(count);
   PatchProgress progress(options.progress, count);
   Options of_patch = options;
+  // Patches are tasks already; tasks within them would only wait for each other.
   of_patch.executor = nullptr;
   if (count > 1) of_patch.progress = progress.of_patch();
   executor_of(options).parallel_for(count, [&](size_t i) {
@@ -176,6 +181,7 @@ Result<EncodedParts> encode_parts(const Mesh& mesh, std::span<const ArrayToCode>
     const std::vector<float> positions = decoded_floats(arrays[0], executor);
     part_of = partition_cells(mesh, positions, most_cells, executor);
   }
+  // No partition, or one that could not cut: cells of one place stay together.
   if (std::all_of(part_of.begin(), part_of.end(), [](uint32_t part) { return part == 0; })) {
     encoded.patches.push_back(
         MAILLE_TRY(encode_patch(mesh, nullptr, 0, arrays, options, std::nullopt, corner_twin)));
@@ -208,6 +214,7 @@ Result<DecodedPart> decode_part(const FileReader& reader, const Description& des
   DecodedPart decoded;
   decoded.patch = MAILLE_TRY(decode_patch(reader, description, part, options));
   const Mesh& mesh = decoded.patch.mesh;
+  // What joins parts relies on valid meshes, so each is checked before.
   if (!decoded.patch.known_valid) {
     if (auto valid = validate(mesh); !valid)
       return failure(ErrorCode::corrupt, std::move(valid).error().message);
@@ -240,6 +247,7 @@ Result<DecodedPatch> decode_parts(const FileReader& reader, const Description& d
     pieces.push_back(piece_of_points(mesh.points, part.shared));
   }
   const JoinedPoints joined = join_points(pieces);
+  // Only now is it known how many points the parts have together.
   if (joined.count != description.points)
     return failure(ErrorCode::corrupt, "the parts have not the points of the mesh");
   return DecodedPatch{merge_parts(std::move(parts), joined, executor_of(options)), true, {}, {}};

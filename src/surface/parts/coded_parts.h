@@ -11,7 +11,8 @@
 
 namespace maille {
 
-/// How many cells a part of a mesh of so many may have: what the options say, or else what suits the effort.
+/// How many cells a part of a mesh of so many may have: what the options say, or else what suits the effort,
+/// which may leave the mesh whole. At least 1.
 uint64_t most_cells_per_part(const EncodeOptions& options, uint64_t cells);
 
 /// Positions as the decoder will have them, as floats: what is not finite lies at 0, and what is beyond
@@ -21,7 +22,8 @@ std::vector<float> decoded_floats(const ArrayToCode& positions, Executor& execut
 Place decoded_place(const ArrayToCode& positions, uint64_t point);
 std::vector<Place> decoded_places(const ArrayToCode& positions);
 
-/// The mesh as one patch, or cut into parts of which each is one. docs/format.md, "Parts".
+/// The mesh as one patch, or cut into parts of which each is one. docs/format.md, 15.1. The bytes do not
+/// depend on the executor.
 struct EncodedParts {
   std::vector<PartDescription> descriptions;  ///< empty: the mesh is one patch
   std::vector<EncodedPatch> patches;
@@ -34,7 +36,8 @@ struct EncodedParts {
 Result<EncodedParts> encode_parts(const Mesh& mesh, std::span<const ArrayToCode> arrays,
                                   const EncodeOptions& options, std::span<const uint32_t> corner_twin = {});
 
-/// Inverse of what encode_parts() does to a mesh of several parts; `joins` are its bytes.
+/// Inverse of what encode_parts() does to a mesh of several parts; `joins` are its bytes. The result is
+/// valid. Safe on any bytes. Errors: corrupt, cancelled.
 Result<DecodedPatch> decode_parts(const FileReader& reader, const Description& description, Bytes joins,
                                   const DecodeOptions& options);
 

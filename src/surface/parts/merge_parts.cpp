@@ -8,7 +8,8 @@
 namespace maille {
 namespace {
 
-/// What merging needs to know all the time. Parts write at different places, so they can do it at once.
+/// What merging needs to know all the time. Parts write at different places, so they can do it at once;
+/// memory of a part goes as soon as it is merged.
 struct Merger {
   std::vector<Mesh>& parts;
   const JoinedPoints& joined;
@@ -29,7 +30,8 @@ struct Merger {
   }
 };
 
-/// Corners are numbered anew in pieces that stay in the cache.
+/// Corners are numbered anew in pieces of 16 kB that stay in the cache, instead of being filled with zeros
+/// first: 3 % of all time (dragon and the iso-surface, 230f8d1). The size was not swept.
 constexpr size_t piece_corners = size_t{1} << 12;
 
 Array like(const Array& array) {
@@ -159,6 +161,7 @@ std::vector<CellBlock> merge_blocks(const Merger& merger) {
 
 }  // namespace
 
+/// Points first, whose arrays are the largest, so that parts give their memory back early.
 Mesh merge_parts(std::vector<Mesh> parts, const JoinedPoints& joined, Executor& executor) {
   const Merger merger{parts, joined, executor};
   Mesh result;

@@ -8,8 +8,8 @@
 namespace maille {
 namespace {
 
-/// Points of a mesh, and how many of them lie below one: a bit for each point of the mesh, as all parts have
-/// such a set at once.
+/// Points of a mesh, and how many of them lie below one: a bit for each point of the mesh, as all parts may
+/// have such a set at once, and a number of each would be 32 times as much.
 class PointSet {
  public:
   explicit PointSet(size_t points) : bits_((points + 63) / 64) {}
@@ -40,6 +40,7 @@ class PointSet {
 };
 
 std::vector<uint32_t> find_unused_points(const Mesh& mesh, Executor& executor) {
+  // Several threads may set one point; all set the same, so no order is needed.
   std::vector<std::atomic<bool>> used(mesh.point_count());
   for (const CellBlock& block : mesh.blocks) {
     for_each_chunk(executor, block.connectivity.size(), [&](size_t, size_t begin, size_t end) {
@@ -65,6 +66,8 @@ void visit_cells(const Mesh& mesh, std::span<const uint32_t> cells, Visit visit)
   }
 }
 
+/// Cells keep their order, and corners get the ranks of their points. Corners are counted first, so that
+/// nothing grows by doubling.
 void copy_cells(const Mesh& mesh, std::span<const uint32_t> cells, const PointSet& points, Mesh& part) {
   std::vector<size_t> corners(mesh.blocks.size());
   visit_cells(mesh, cells, [&](size_t b, uint64_t cell) { corners[b] += mesh.blocks[b].cell(cell).size(); });
@@ -121,6 +124,7 @@ MeshPart MeshParts::take(size_t part) {
   visit_cells(mesh_, cells, [&](size_t b, uint64_t cell) {
     for (const uint32_t node : mesh_.blocks[b].cell(cell)) points.insert(node);
   });
+  // Points of no cell must be in one part.
   if (part == 0) {
     for (const uint32_t point : unused_points_) points.insert(point);
   }

@@ -25,6 +25,8 @@ struct Range {
   }
 };
 
+/// Halves are added, as the sum of two large floats could overflow. Minimum and maximum do not depend on the
+/// order of nodes, sums would.
 PlacedCell place_cell(std::span<const float> positions, std::span<const uint32_t> nodes, uint32_t cell) {
   std::array<Range, 3> box;
   for (const uint32_t node : nodes) {
@@ -59,11 +61,12 @@ std::array<unsigned, 3> axes_by_length(std::span<const PlacedCell> cells) {
     return static_cast<double>(box[axis].high) - static_cast<double>(box[axis].low);
   };
   std::array<unsigned, 3> axes = {0, 1, 2};
+  // Of equal lengths the first axis, whatever the library's sort does.
   std::stable_sort(axes.begin(), axes.end(), [&](unsigned a, unsigned b) { return length(a) > length(b); });
   return axes;
 }
 
-/// An integer that rises with a float.
+/// An integer that rises with a float: the bits, with those of negative ones turned over.
 uint32_t rising(float number) {
   const auto bits = load<uint32_t>(&number);
   return (bits >> 31) != 0 ? ~bits : bits | 1u << 31;
@@ -88,7 +91,8 @@ uint32_t median(std::span<const PlacedCell> cells, Key key) {
   return found;
 }
 
-/// Puts the lower half in front; returns its size, 0 when all cells are in one place.
+/// Puts the lower half in front; returns its size, 0 when all cells are in one place. Cells at the median go
+/// to one side together, so that the cut depends on the set of cells only.
 size_t halve(std::span<PlacedCell> cells, unsigned axis) {
   // Zeros are equal, whatever their sign.
   const auto place = [axis](const PlacedCell& cell) { return rising(cell.place[axis] + 0.0f); };
@@ -101,6 +105,7 @@ size_t halve(std::span<PlacedCell> cells, unsigned axis) {
   return equal == cells.end() ? 0 : static_cast<size_t>(equal - cells.begin());
 }
 
+/// Where the longest axis cannot be cut, the next one is tried.
 size_t halve_longest(std::span<PlacedCell> cells) {
   for (const unsigned axis : axes_by_length(cells)) {
     if (const size_t left = halve(cells, axis)) return left;

@@ -13,8 +13,9 @@
 namespace maille {
 namespace {
 
-/// Points on edges of one face: the neighbours along faces' sides cancel where each side is there twice.
-/// `number` gives the coded number of a point.
+/// Points on edges of one face: the neighbours along faces' sides cancel (exclusive or) where each side is
+/// there twice. Both sides compute it from the decoded piece, so chance does no harm. `number` gives the
+/// coded number of a point.
 template <class Number>
 std::vector<uint32_t> find_borders(const Mesh& mesh, Number number) {
   std::vector<uint32_t> neighbours(mesh.point_count());
@@ -49,8 +50,10 @@ std::vector<uint32_t> find_borders(const Mesh& mesh, Number number) {
   return border;
 }
 
-/// Which points are shared, from where the chart's borders are: nearly all on borders, few elsewhere. One
-/// function for both directions; a decoder's `shared` is filled. False: they do not fit.
+/// Which points are shared, from where the piece's borders are: nearly all points on borders are, few
+/// elsewhere. First come those elsewhere, as steps, then a decision for each point of the border, then
+/// copies. One function for both directions; a decoder's `shared` is filled. False: they do not fit, and
+/// nothing was reserved for more points than the piece has.
 template <class Coder>
 bool code_shared(Coder& coder, uint32_t points, const std::vector<uint32_t>& border,
                  std::span<const uint8_t> on_side, std::vector<SharedPoint>& shared, bool decoding) {
@@ -67,6 +70,7 @@ bool code_shared(Coder& coder, uint32_t points, const std::vector<uint32_t>& bor
   for (uint32_t i = 0; i < count; ++i) {
     if (decoding) elsewhere.push_back(static_cast<uint32_t>(next));
     next += step.code(coder, elsewhere[i] - static_cast<uint32_t>(next));
+    // Rising and below the number of points, so that any count ends.
     if (next >= points) return false;
     elsewhere[i] = static_cast<uint32_t>(next++);
   }
@@ -84,6 +88,7 @@ bool code_shared(Coder& coder, uint32_t points, const std::vector<uint32_t>& bor
   if (decoding) {
     here.insert(here.end(), elsewhere.begin(), elsewhere.end());
     std::sort(here.begin(), here.end());
+    // Damaged bytes may name a point of the border among those elsewhere, too.
     here.erase(std::unique(here.begin(), here.end()), here.end());
     for (const uint32_t point : here) shared.push_back({point, 0});
   }
@@ -108,8 +113,8 @@ struct Member {
   bool is(const Member& o) const { return place == o.place && copy == o.copy; }
 };
 
-/// Which of several points in one place each point is: these are numbered by the first piece that has each,
-/// so that the decoded mesh, of which pieces are the same, has the same numbers.
+/// Which of several points in one place each point is. These are numbered by the first piece that has each,
+/// so that the decoded mesh, which is cut into the same pieces, has the same numbers.
 class Copies {
  public:
   /// `points`: shared ones, in any order.
@@ -143,7 +148,8 @@ class Copies {
   std::vector<uint32_t> counts_;  ///< by place
 };
 
-/// The number in the mesh of a point that is new with this part.
+/// The number in the mesh of a point that is new with this part: new points follow one another, so joined
+/// ones before it do not count.
 uint32_t number_in_mesh(const JoinedPart& part, uint32_t point) {
   const auto before = std::lower_bound(part.joined.begin(), part.joined.end(), point) - part.joined.begin();
   return part.first_new + point - static_cast<uint32_t>(before);
@@ -164,6 +170,8 @@ std::vector<uint32_t> points_on_borders(const Mesh& piece) {
   return find_borders(piece, [](uint32_t point) { return point; });
 }
 
+/// The encoder's mesh has other numbers; borders are wanted in those of the decoder, as find_borders()
+/// depends on them by chance.
 std::vector<uint32_t> borders_of_coded(const Mesh& piece, std::span<const uint32_t> points) {
   std::vector<uint32_t> number(points.size());
   for (uint32_t i = 0; i < points.size(); ++i) number[points[i]] = i;
@@ -253,6 +261,8 @@ JoinedPoints join_points(std::span<const PieceOfPoints> pieces) {
       members.push_back({pieces[p].places[i], shared.copy, p, shared.point});
     }
   }
+  // Places are compared as bits: any order will do that puts equal ones together, and then the first piece
+  // first. Points of NaN or -0 join as well.
   std::sort(members.begin(), members.end());
   const auto is_first = [&](size_t i) { return i == 0 || !members[i].is(members[i - 1]); };
   JoinedPoints joined;

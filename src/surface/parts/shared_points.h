@@ -59,6 +59,7 @@ struct JoinedPart {
   /// Of all points.
   std::vector<uint32_t> all_numbers() const;
 };
+/// Which points of pieces are one, as both sides number them.
 struct JoinedPoints {
   std::vector<JoinedPart> parts;
   uint32_t count = 0;
@@ -75,7 +76,8 @@ PieceOfPoints piece_of_points(uint32_t points, std::span<const SharedPoint> shar
                               const std::function<Place(uint32_t)>& place_of_point);
 /// Of a decoded piece.
 PieceOfPoints piece_of_points(const Array& positions, std::span<const SharedPoint> shared);
-/// Numbers for the points of all, in their order: shared points of one place and copy are one.
+/// Numbers for the points of all, in their order: shared points of one place and copy are one. Safe for any
+/// shared points below a piece's count: damaged files only join what should be apart.
 JoinedPoints join_points(std::span<const PieceOfPoints> pieces);
 
 }  // namespace maille
