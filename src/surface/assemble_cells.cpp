@@ -10,7 +10,8 @@ bool is_plain(const PatchTopology& topology, std::span<const BlockShape> blocks,
          topology.loose.size() == 0 && !with_places;
 }
 
-/// The points of half-edges, by way of their vertices where these differ.
+/// The points of half-edges, by way of their vertices where these differ. Raw pointers, so that the loop over
+/// all corners asks once whether there is a table.
 class PointsOfOrigins {
  public:
   explicit PointsOfOrigins(const PatchSurface& surface)
@@ -23,6 +24,8 @@ class PointsOfOrigins {
   const uint32_t* points_;
 };
 
+/// The corners of a surface of triangles in coded order, without what blocks, loose cells and flips would
+/// need.
 std::vector<uint32_t> plain_connectivity(PatchSurface& surface) {
   HalfEdges& edges = surface.half_edges;
   // In the simplest case the origins are the connectivity.
@@ -51,6 +54,7 @@ AssembledCells assemble_cells(PatchTopology topology, std::span<const BlockShape
   const PatchSurface& surface = topology.surface;
   const HalfEdges& edges = surface.half_edges;
   const uint32_t faces = surface.face_count;
+  // Cells are made of origins alone, so this memory can go before they take theirs.
   std::vector<uint32_t>().swap(topology.surface.half_edges.opposite);
   if (is_plain(topology, blocks, with_places)) {
     result.blocks.emplace_back().type = CellType::triangle;
@@ -92,6 +96,7 @@ AssembledCells assemble_cells(PatchTopology topology, std::span<const BlockShape
       uint32_t h = first;
       do {
         add_corner(h, surface.point(edges.origin[h]));
+        // A face that was turned over for the surface comes back as it ran in the mesh.
         h = flipped ? edges.previous(h) : edges.next(h);
       } while (h != first);
       end_cell(face);

@@ -9,6 +9,7 @@
 
 namespace maille {
 
+/// Triangles are compared without a copy; larger faces are sorted, as they may have 65,535 corners.
 bool is_simple(std::span<const uint32_t> corners) {
   if (corners.size() < 3 || corners.size() > max_degree) return false;
   if (corners.size() == 3)
@@ -21,7 +22,8 @@ bool is_simple(std::span<const uint32_t> corners) {
 namespace {
 
 /// Half-edges by their undirected edge: those whose smaller point is p lie in [starts[p], starts[p + 1]),
-/// ordered by the larger point, then by number.
+/// ordered by the larger point, then by number. Sorting by counting, then short lists, is linear for meshes
+/// whose points have few edges.
 struct EdgeTable {
   std::vector<uint32_t> starts;
   std::vector<uint32_t> half_edges;
@@ -69,7 +71,7 @@ std::span<const uint32_t> same_edge(const EdgeTable& table, const HalfEdges& sur
 }
 
 /// Orders the table, and glues every edge that has exactly one face on either side. Returns whether that was
-/// all: no other edge has two faces or more.
+/// all: no other edge has two faces or more. Most meshes need nothing else.
 bool glue_plain_edges(HalfEdges& surface, EdgeTable& table, uint32_t point_count) {
   bool all = true;
   std::vector<uint64_t> edges;  // the larger point, then the half-edge: all that is looked at, side by side
@@ -78,6 +80,7 @@ bool glue_plain_edges(HalfEdges& surface, EdgeTable& table, uint32_t point_count
                                table.starts[point + 1] - table.starts[point]);
     edges.clear();
     for (const uint32_t h : half_edges) edges.push_back(uint64_t{edge_of(surface, h).high} << 32 | h);
+    // Lists are short: insertion is faster than std::sort() (88b3f0e).
     sort_few(edges);
     for (size_t i = 0; i < edges.size(); ++i) half_edges[i] = static_cast<uint32_t>(edges[i]);
     for (size_t i = 0; i < edges.size();) {
@@ -98,7 +101,8 @@ bool glue_plain_edges(HalfEdges& surface, EdgeTable& table, uint32_t point_count
 
 /// Orients the faces and glues them, walking breadth first from face to face. Where there is a choice it
 /// takes the face visited first, then a face that need not be flipped, then the one with the lowest number:
-/// in an order of faces made by the same walk, each of these rules chooses the same face again.
+/// in an order of faces made by the same walk, each of these rules chooses the same face again. That is what
+/// lets a decoder glue decoded faces by itself, and a decoded mesh give the same file again.
 class GluingWalk {
  public:
   /// `plain`: by half-edge the other one of a plain edge.
@@ -191,6 +195,8 @@ class GluingWalk {
     std::array<std::vector<uint32_t>, 2> visited;  ///< by direction once oriented, in the order of visits
     std::array<size_t, 2> next_visited = {};
   };
+  // Edges of more half-edges are crowds, with lists of their own: without these 20,000 triangles on one edge
+  // took 10 s, with them 0.13 s (90b0035). The bound between both was not swept.
   static constexpr size_t few = 8;
 
   void find_crowds() {
@@ -217,6 +223,8 @@ class GluingWalk {
     size_t& next = crowd.next_visited[!forward];
     while (next < visited.size() && surface_.opposite[visited[next]] != none) ++next;
     if (next < visited.size()) return visited[next];
+    // Those that need not be flipped first; each pointer only moves on, so all visits of a crowd are linear
+    // together.
     for (const bool direction : {!forward, forward}) {
       size_t& i = crowd.next_unvisited[direction];
       while (i < crowd.all.size() &&
@@ -242,7 +250,8 @@ class GluingWalk {
   bool chosen_ = false;
 };
 
-/// Turns flipped faces over: corner 0 stays, the others and the edges change places.
+/// Turns flipped faces over: corner 0 stays, the others and the edges change places. Half-edge h is numbered
+/// by its origin's corner, so the edges shift by one against the corners.
 void turn_over(HalfEdges& surface, const Faces& faces, const std::vector<bool>& flipped) {
   const auto turned = [&](uint32_t face, uint32_t h) {
     const uint32_t first = faces.first(face);
@@ -263,14 +272,16 @@ void turn_over(HalfEdges& surface, const Faces& faces, const std::vector<bool>& 
   surface.opposite = std::move(opposite);
 }
 
-/// The border half-edge that follows b round the border: the next one out of b's end.
+/// The border half-edge that follows b round the border: the next one out of b's end, within the fan of faces
+/// there. It ends, as a fan that has a border on one side has one on the other.
 uint32_t next_on_border(const HalfEdges& surface, uint32_t b) {
   uint32_t h = surface.next(b);
   while (surface.opposite[h] != none) h = surface.next(surface.opposite[h]);
   return h;
 }
 
-/// Closes every border loop with triangles to a dummy vertex.
+/// Closes every border loop with triangles to a dummy vertex, so that everything after knows closed surfaces
+/// only. Loops come in the order of their lowest half-edge, triangles in that of the loop: format 12.4.
 void close_borders(HalfEdges& surface, uint32_t point_count) {
   const uint32_t real = surface.size();
   const auto triangles =
@@ -324,6 +335,8 @@ GluedSurface glue(const Faces& faces) {
   {
     EdgeTable table = make_edge_table(surface, faces.point_count);
     if (!glue_plain_edges(surface, table, faces.point_count)) {
+      // What was glued counts no more: the walk decides about all edges, but need not look up those that are
+      // plain (06ec5c6).
       const std::vector<uint32_t> plain =
           std::exchange(surface.opposite, std::vector<uint32_t>(surface.size(), none));
       GluingWalk walk(surface, faces, table, plain);

@@ -43,11 +43,16 @@ struct GluedSurface {
   /// No edge has more than one face, or two that run through it in opposite directions.
   bool plain = true;
 };
+/// Glues faces into an oriented 2-manifold and closes its borders. Faces must be simple (is_simple()), in any
+/// orientation and with any number at an edge. Time is linear but for sorting edges by point. The same on
+/// every machine. Half-edges: at most four for each corner (border triangles), so corners must stay below
+/// most_patch_corners.
 GluedSurface glue(const Faces& faces);
 
 /// The real faces of a surface by breadth-first walks over glued edges: from each of `seeds`, in order, round
-/// each face from the half-edge it was reached by, which is what stands for the face in the result. `is_real`
-/// tells real faces from border triangles, by half-edge.
+/// each face from the half-edge by which it was reached, which is what stands for the face in the result.
+/// `is_real` tells real faces from border triangles, by half-edge. Both sides order faces so where gluing was
+/// a choice, and glue() then makes the same choice again.
 std::vector<uint32_t> breadth_first_faces(const HalfEdges& surface, std::span<const uint32_t> seeds,
                                           const std::vector<bool>& is_real);
 

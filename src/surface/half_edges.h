@@ -8,9 +8,10 @@
 namespace maille {
 
 /// Vertices from this number on are dummies: they close border loops and stand for no point. Real ones stay
-/// below.
+/// below, as a closed surface of fewer than 2^31 half-edges has fewer than 2^30 vertices.
 inline constexpr uint32_t first_dummy = 0x40000000;
-/// Faces with more edges are not part of a surface; they are coded as loose cells.
+/// Faces with more edges are not part of a surface; they are coded as loose cells. The format's limit
+/// (section 11), which keeps work for a face bounded.
 inline constexpr uint32_t max_degree = 0xffff;
 
 /// Faces as half-edges, next to each other face after face; half-edge h runs from origin[h] to
@@ -45,8 +46,10 @@ struct HalfEdges {
     while (following[last] != h) ++last;
     return last;
   }
-  /// The next corner of the same vertex, turning over the edge before h.
+  /// The next corner of the same vertex, turning over the edge before h. In a closed surface it comes back to
+  /// h.
   uint32_t turn(uint32_t h) const { return opposite[previous(h)]; }
+  /// Counts; who needs it for all faces lists them once.
   unsigned degree(uint32_t h) const {
     if (following.empty()) return 3;
     unsigned edges = 1;

@@ -10,6 +10,8 @@
 namespace maille {
 namespace {
 
+/// What was asked for stands in the file only if there is loss: with it a decoded mesh can be encoded the
+/// same way again.
 ArrayDescription describe(const Array& array, const ArrayMaps& maps, const Tolerance& asked) {
   ArrayDescription description;
   description.name = array.name;
@@ -32,6 +34,7 @@ Description describe(const Mesh& mesh, const EncodeOptions& options) {
   description.points = static_cast<uint32_t>(mesh.point_count());
   description.corners = mesh.corner_count();
   for (const CellBlock& block : mesh.blocks) {
+    // Sorted by type, as the format wants (11.1).
     std::map<CellType, uint64_t> types;
     for (const uint8_t type : block.types) ++types[static_cast<CellType>(type)];
     description.blocks.push_back({block.name, {block.type, block.size()}, {types.begin(), types.end()}});
@@ -60,6 +63,7 @@ Result<> check_options(const Mesh& mesh, const EncodeOptions& options) {
     }
   }
   for (const Array& array : mesh.arrays) {
+    // The format's bounds (11.1); elements are numbered with 32 bits.
     if (array.components > 0xffff || array.count() >= none) {
       return failure(ErrorCode::unsupported,
                      "array \"" + array.name + "\" is too large for a file of mode single");
@@ -68,6 +72,8 @@ Result<> check_options(const Mesh& mesh, const EncodeOptions& options) {
   return {};
 }
 
+/// Each array is one task, and may split into more; errors are those of the first array that has one,
+/// whatever ends first.
 Result<std::vector<ArrayToCode>> map_arrays(const Mesh& mesh, const EncodeOptions& options) {
   Executor& executor = options.executor != nullptr ? *options.executor : serial_executor();
   std::vector<Result<ArrayMaps>> maps(mesh.arrays.size() + 1);
@@ -114,6 +120,7 @@ ElementOrder original_order(const Mesh& mesh, std::span<const PatchSources> patc
   };
   const CellTable cells = table_cells(mesh);
   ElementOrder order;
+  // A point that several parts have gets the same source from each.
   order.points.resize(joined.count);
   std::vector<CodedCell> coded;
   for (size_t p = 0; p < patches.size(); ++p) {

@@ -22,7 +22,8 @@
 namespace maille {
 namespace {
 
-// The number of TOPO and POSI says how they are coded.
+// The number of TOPO and POSI says how they are coded (format, 11). Numbers are never used again for
+// something else.
 constexpr uint32_t front_coding = 0;
 constexpr uint32_t fan_coding = 1;
 constexpr uint32_t polygon_fan_coding = 2;  // of TOPO
@@ -61,6 +62,7 @@ struct PatchCells {
   }
 };
 
+/// Fans where they serve, else the front: mixing needs half-edges, and fans can number 2^28 points.
 Result<PatchCells> encode_cells(const Mesh& mesh, bool mixed, std::optional<SharedFanPatch> shared) {
   PatchCells cells;
   if (shared) {
@@ -138,7 +140,9 @@ bool needs_cells(std::span<const ArrayToCode> arrays, Order order) {
 
 namespace {
 
-/// The streams of a patch while they are made.
+/// The streams of a patch while they are made, in this order: find_sources(), points of no cell sorted,
+/// positions, what arrays are predicted from, twins, arrays, finish(). After find_sources() the mesh's cells
+/// are needed no more, so that a part's can go.
 class PatchEncoder {
  public:
   PatchEncoder(PatchCells cells, uint32_t patch, const EncodeOptions& options, bool mixed)
@@ -162,8 +166,9 @@ class PatchEncoder {
     return {};
   }
 
-  /// Each point is predicted from the one before where no cell has it: along a curve they lie close together.
-  /// By the positions that the decoder will have, so that a decoded mesh has the same order.
+  /// Each point that no cell has is predicted from the one before, and along a curve they lie close together:
+  /// stanford-bunny, of whose points 3 % have no face, takes 2 % less, point clouds 10 to 40 % (5048567). By
+  /// the positions that the decoder will have, so that a decoded mesh has the same order.
   void sort_unused_points(const ArrayToCode& positions) {
     PatchSources& sources = cells_.encoded.sources;
     const std::span unused = std::span(sources.points).last(sources.unused_points);
@@ -175,6 +180,7 @@ class PatchEncoder {
     twins_ = twin_of_;
     CodedStream stream{twins_key(patch_), maille::encode_twins(cells_.encoded.topology, positions_, twins_)};
     const std::vector<uint32_t>& corners = cells_.encoded.sources.corners;
+    // Back to corners of the mesh, which is how the order of points is found later.
     for (size_t i = 0; i < corners.size(); ++i) {
       if (corners[i] == none) continue;
       if (corners[i] >= numbers.size()) numbers.resize(size_t{corners[i]} + 1);
@@ -200,6 +206,8 @@ class PatchEncoder {
     const Array& array = *coded.array;
     Pace pace(options_.progress, array.name.c_str(), array.count());
     if (!pace.report()) return cancelled();
+    // Half-edges are built for what walks over them only: corners (whose numbers are theirs in the encoder),
+    // normals, twins.
     const bool fans_alone =
         cells_.fans && array.domain != Domain::corner && array.role != Role::normal && !coded.by_twin;
     if (!fans_alone) MAILLE_CHECK(build());
@@ -269,7 +277,8 @@ Array array_of(const ArrayDescription& description) {
   return array;
 }
 
-/// Is an array wanted whose tuples follow cells or corners, or are there twins, which do?
+/// Is an array wanted whose tuples follow cells or corners, or are there twins, which do? Else nobody asks
+/// where cells went.
 bool needs_places(const Description& description, const DecodeOptions& options) {
   if (description.welded) return true;
   return std::any_of(description.arrays.begin(), description.arrays.end(),
@@ -287,7 +296,8 @@ bool wants_normals(const Description& description, const DecodeOptions& options)
                      });
 }
 
-/// A patch while it is decoded: cells first, then arrays one by one, then the mesh.
+/// A patch while it is decoded: cells and positions first, then twins, then arrays one by one, then the mesh
+/// is assembled. Every step checks its bytes; errors are corrupt or cancelled.
 class PatchDecoder {
  public:
   PatchDecoder(const StreamSource& streams, const Description& description, uint32_t patch,
@@ -310,6 +320,7 @@ class PatchDecoder {
     if (coding != front_coding) {
       FanPatchDecoder decoder = MAILLE_TRY(begin_fans(bytes, coding));
       if (positions_of.number != front_coding) {
+        // POSI 1 goes with TOPO 1 and 2, POSI 3 with TOPO 3, POSI 0 with all: format, 11.
         const bool alone = positions_of.number == position_coding && coding != shared_fan_coding;
         const bool shared = positions_of.number == shared_fan_coding && coding == shared_fan_coding;
         if (!shared && !alone) return without_fans();
@@ -337,6 +348,7 @@ class PatchDecoder {
       if (charts_alone) return not_in_charts();
       return FanPatchDecoder::begin_polygons(bytes, description_.points, description_.corners);
     }
+    // A file of mode single that claims TOPO 3 gets here.
     if (tables_ == nullptr) return failure(ErrorCode::corrupt, "the tables of the fans are missing");
     if (tables_->fans->polygons) {
       if (charts_alone) return not_in_charts();
@@ -391,8 +403,9 @@ class PatchDecoder {
   /// What arrays are predicted from.
   void keep_positions(const Array& positions) { positions_ = positions_as_doubles(positions); }
 
-  /// Corners of fans and nodes of loose cells were below the number of points when they were decoded, and
-  /// positions are as many.
+  /// Has the decoder seen already what validate() would look for? Corners of fans and nodes of loose cells
+  /// were below the number of points when they were decoded, and positions are as many. It saves a pass over
+  /// all cells.
   bool knows_validity() const {
     if (!fans_ || shapes_.size() != 1 || !description_.arrays.empty()) return false;
     return shapes_[0].type == CellType::triangle ||
@@ -411,6 +424,7 @@ class PatchDecoder {
     }
     mesh.blocks = std::move(cells.blocks);
     for (size_t b = 0; b < mesh.blocks.size(); ++b) mesh.blocks[b].name = description_.blocks[b].name;
+    // What was decoded must be what the description promised: callers have sized things by it.
     if (mesh.corner_count() != description_.corners || mesh.cell_count() != description_.cells()) {
       return failure(ErrorCode::corrupt, "the cells are not those of the description");
     }
@@ -428,6 +442,7 @@ class PatchDecoder {
   }
 
  private:
+  /// Of several codings of one stream, which no writer makes, the highest number counts.
   uint32_t coding_of(KeyOfCoding key) const {
     uint32_t coding = last_coding;
     while (coding > front_coding && !streams_.has_stream(key(patch_, coding))) --coding;
@@ -470,6 +485,8 @@ Result<PatchEncoder> begin_patch(const Mesh& mesh, const PartNumbers* numbers, u
   return encoder;
 }
 
+/// Positions first, as all others may be predicted from them. Arrays of the mesh as a whole are in patch 0
+/// only; other patches have an empty stream there.
 Result<EncodedPatch> encode_arrays(PatchEncoder encoder, uint32_t patch, std::span<const ArrayToCode> arrays,
                                    std::span<const uint32_t> corner_twin) {
   std::vector<CodedStream> streams;
@@ -506,6 +523,7 @@ Result<EncodedPatch> encode_part(MeshPart part, uint32_t patch, std::span<const 
                                  const EncodeOptions& options) {
   PatchEncoder encoder =
       MAILLE_TRY(begin_patch(part.mesh, &part.numbers, patch, arrays, options, std::nullopt, {}));
+  // The cells of a part are let go of before positions take memory.
   part = {};
   return encode_arrays(std::move(encoder), patch, arrays, {});
 }

@@ -32,7 +32,8 @@ struct CodedStream {
   std::vector<std::byte> bytes;
 };
 
-/// A patch whose fans and positions were coded before, along with others: see shared_fans.h.
+/// A patch whose fans and positions were coded before, along with others: see shared_fans.h. encode_patch()
+/// then only adds arrays.
 struct SharedFanPatch {
   EncodedFanPatch coded;
   std::vector<std::byte> positions;
@@ -70,7 +71,8 @@ Result<EncodedPatch> encode_patch(const Mesh& mesh, const PartNumbers* numbers, 
 Result<EncodedPatch> encode_part(MeshPart part, uint32_t patch, std::span<const ArrayToCode> arrays,
                                  const EncodeOptions& options);
 
-/// An array of the mesh as a whole, and its inverse. Safe on any bytes. Error: corrupt.
+/// An array of the mesh as a whole (metadata of one tuple or a few), which no patch has, and its inverse.
+/// Safe on any bytes. Error: corrupt.
 std::vector<std::byte> encode_mesh_array(const ArrayToCode& coded);
 Result<> decode_mesh_array(Bytes bytes, uint64_t tuples, Array& array);
 
@@ -82,8 +84,9 @@ struct DecodedPatch {
   std::vector<bool> by_twin;    ///< by array of `mesh`
 };
 
-/// Inverse. `description` is that of the part. `tables`: where patches share them. Safe on any bytes. Errors:
-/// corrupt, cancelled.
+/// Inverse of encode_patch(). `description` is that of the part; `tables`: where patches share them;
+/// `buffers`: memory that one patch after the other may use. The result fits the description, but is
+/// validated only as far as known_valid says. Safe on any bytes. Errors: corrupt, cancelled.
 Result<DecodedPatch> decode_patch(const StreamSource& streams, const Description& description, uint32_t patch,
                                   const DecodeOptions& options, const SharedFanTables* tables = nullptr,
                                   FanBuffers* buffers = nullptr);

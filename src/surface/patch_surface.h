@@ -7,8 +7,9 @@
 
 namespace maille {
 
-/// The surface of a patch as encoder and decoder both have it before the first position: the half-edges are
-/// numbered differently on the two sides, everything else is the same.
+/// The surface of a patch as encoder and decoder both have it before the first position. The half-edges are
+/// numbered differently on the two sides (as faces lie in the mesh, and as they were coded), everything else
+/// is the same. So coders may walk along half-edges, but never count or compare them.
 struct PatchSurface {
   HalfEdges half_edges;
   SurfaceVertices vertices;

@@ -23,7 +23,8 @@ struct LooseCells {
   uint32_t size() const { return static_cast<uint32_t>(block.size()); }
 };
 
-/// Everything about a mesh but its numbers, in coded order. docs/format.md, "Topology".
+/// Everything about a mesh but its numbers, in coded order. The encoder keeps PatchSources beside it, the
+/// decoder assembles cells from it. docs/format.md, 14.1.
 struct PatchTopology {
   PatchSurface surface;
   std::vector<bool> flipped;         ///< by face of the surface; empty: none is
@@ -38,7 +39,8 @@ struct PatchTopology {
   bool is_flipped(uint32_t face) const { return !flipped.empty() && flipped[face]; }
 };
 
-/// Where the elements of a coded patch come from in the mesh it was made of.
+/// Where the elements of a coded patch come from in the mesh it was made of. Large, so parts that nobody
+/// needs are let go of early.
 struct PatchSources {
   std::vector<uint32_t> points;        ///< by point in coded order
   uint32_t unused_points = 0;          ///< how many of the last of them no cell has
@@ -80,6 +82,8 @@ struct SimpleFaces {
   uint32_t first(uint32_t face) const { return offsets.empty() ? 3 * face : offsets[face]; }
   uint32_t cell_of(uint32_t face) const { return cell.empty() ? face : cell[face]; }
 };
+/// The simple faces of all blocks, in the order of the mesh. Points into the mesh where nothing has to be
+/// left out.
 SimpleFaces collect_faces(const Mesh& mesh);
 
 /// Appends the points that are not on the surface: those of other cells in the order of their first use, then
@@ -94,10 +98,11 @@ std::vector<std::byte> encode_loose(const PatchTopology& topology, const Mesh& m
 Result<> decode_loose(Bytes bytes, std::span<const BlockShape> blocks, uint64_t corners,
                       PatchTopology& topology, std::span<const uint32_t> offsets = {});
 
-/// Puts the cells of a mesh into coded order and codes them. Error: unsupported, for more than 2^31 corners.
+/// Puts the cells of a mesh into coded order and codes them by the front. Error: unsupported, for 2^29
+/// corners or more.
 Result<EncodedTopology> encode_topology(const Mesh& mesh);
 
-/// Fills sources.corners.
+/// Fills sources.corners: by half-edge, then by corner of loose cells. Needs half-edges.
 void find_corner_sources(const Mesh& mesh, EncodedTopology& encoded);
 
 /// Inverse of encode_topology. Safe on any bytes: the result fits `blocks` and `points`, or corrupt.

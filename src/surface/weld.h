@@ -28,7 +28,8 @@ struct WeldedMesh {
 
 /// Nothing where less than a point in 64 has a twin before it, or points are corners of no cell: these have
 /// no corner that could say what their values are. With loss, points that the decoder has at one place are
-/// twins.
+/// twins. Whether welding pays is for the caller to try: 35 GLBs take 0.22 to 1.00 of the bytes (14 bits;
+/// 16c4d15).
 std::optional<WeldedMesh> weld(const Mesh& mesh, const ArrayToCode& positions);
 
 /// How the positions of a mesh become codes when it is welded: no point may come back elsewhere for it.
