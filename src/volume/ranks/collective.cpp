@@ -7,7 +7,8 @@
 namespace maille {
 
 Result<> agree(Ranks& ranks, const Result<>& mine, bool named) {
-  // The first rank with an error has the largest number.
+  // Only sums and largest numbers are asked of Ranks: the first rank with an error is the one with the
+  // largest distance from the end.
   std::array<uint64_t, 1> failing = {mine ? 0 : ranks.size() - ranks.rank()};
   ranks.largest(failing);
   if (failing[0] == 0) return {};

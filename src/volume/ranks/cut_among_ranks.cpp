@@ -12,7 +12,8 @@
 namespace maille {
 namespace {
 
-/// Floats as integers in the same order, 0 and -0 as one, as comparisons have it.
+/// Floats as integers in the same order, 0 and -0 as one, as comparisons have it. So selection among ranks
+/// works on integers, whose bits can be found one after the other. Middles are finite (cut_rules.cpp).
 uint32_t ordered(float x) {
   const auto bits = bits_as<uint32_t>(x + 0.0f);
   return bits >> 31 ? ~bits : bits | 0x80000000u;
@@ -21,7 +22,8 @@ float float_of(uint32_t order) {
   return bits_as<float>(order >> 31 ? order & 0x7fffffffu : ~order);
 }
 
-/// Cells of all ranks that become so many pieces; those of this rank from `begin` to `end`.
+/// Cells of all ranks that become so many pieces; those of this rank are order_[begin] to order_[end - 1], in
+/// any order.
 struct Range {
   size_t begin = 0, end = 0;
   uint64_t cells = 0;
@@ -30,7 +32,8 @@ struct Range {
   bool is_done() const { return pieces < 2 || cells < 2; }
 };
 
-/// A range that is being cut: keys are the coordinate along the axis, then the number of the cell.
+/// A range that is being cut. Keys are the coordinate along the axis, then the number of the cell, so that no
+/// two are the same and the order is that of the one process's sort.
 struct Cut {
   size_t range = 0;
   unsigned axis = 0;
@@ -41,6 +44,8 @@ struct Cut {
   uint64_t below = 0;            ///< cells of all ranks below
 };
 
+/// Finds cuts level by level. Each level takes a fixed number of messages, whatever the number of ranges:
+/// boxes (1), selection (16), and one exchange for each cut.
 class Cutter {
  public:
   Cutter(const std::vector<CellMiddle>& cells, Ranks& ranks)
@@ -63,7 +68,8 @@ class Cutter {
   }
 
  private:
-  /// All of one depth at once, which takes as many messages as one alone.
+  /// Halves all ranges of one depth at once, which takes as many messages for boxes and selection as one
+  /// alone.
   void halve_all() {
     std::vector<Cut> cuts;
     for (size_t i = 0; i < ranges_.size(); ++i) {
@@ -79,7 +85,9 @@ class Cutter {
     divide(cuts);
   }
 
+  /// The box of each range over all ranks; only the axis is kept.
   void find_axes(std::vector<Cut>& cuts) {
+    // Ranks know the largest of numbers only: the least is the complement of the largest complement.
     // Largest numbers, and the complements of the least.
     std::vector<uint64_t> ends(cuts.size() * 6);
     for (size_t c = 0; c < cuts.size(); ++c) {
@@ -113,9 +121,9 @@ class Cutter {
     std::sort(cut.keys.begin(), cut.keys.end());
   }
 
-  /// The keys of the cells that stand at the ends of where a cut may be, among those of all ranks: the
-  /// largest number that no more keys are below than there should be, four bits at a time, as a message takes
-  /// longer than to count.
+  /// The keys of the cells that stand at the ends of where a cut may be, among those of all ranks. Each is
+  /// the largest number that no more keys are below than there should be, found four bits at a time: 16
+  /// rounds of 16 counts instead of 64 rounds of one, as a message takes longer than to count.
   void select(std::vector<Cut>& cuts) {
     constexpr uint64_t digits = 16;
     std::vector<uint64_t> below(cuts.size() * 2 * digits);
@@ -135,7 +143,7 @@ class Cutter {
       }
     }
   }
-  /// The last digit with so many keys below at most; the first one has.
+  /// The last of 16 digits with so many keys below at most; the first digit always has.
   static uint64_t last_within(const uint64_t* counts, uint64_t most) {
     uint64_t digit = 15;
     while (digit > 0 && counts[2 * digit] > most) --digit;
@@ -145,7 +153,8 @@ class Cutter {
     return static_cast<uint64_t>(std::lower_bound(cut.keys.begin(), cut.keys.end(), key) - cut.keys.begin());
   }
 
-  /// All ranks look at the cells near the cut: a layer of the mesh, or a sixteenth of its cells.
+  /// Where the gap is widest among the cells near the cut, which all ranks send to all: a layer of the mesh,
+  /// or a sixteenth of its cells.
   void find_gap(Cut& cut) {
     const auto begin = std::lower_bound(cut.keys.begin(), cut.keys.end(), cut.first);
     const auto end = std::upper_bound(begin, cut.keys.end(), cut.last);
@@ -163,6 +172,8 @@ class Cutter {
     cut.key = keys[static_cast<size_t>(cut.below - first)];
   }
 
+  /// Splits each range that was cut, and drops halves without cells. All ranks have the same list of ranges,
+  /// also where none of their own cells is in one.
   void divide(const std::vector<Cut>& cuts) {
     std::vector<Range> halves;
     size_t next = 0;
@@ -197,6 +208,8 @@ RankPieces cut_among_ranks(const std::vector<CellMiddle>& cells, uint64_t target
   return Cutter(cells, ranks).run(target);
 }
 
+/// Cells have one rank each, and points several, so that points are listed by piece and number and each is
+/// counted once.
 LookedAt look_among_ranks(const Mesh& part, const RankPieces& pieces, std::span<const uint32_t> points,
                           Ranks& ranks) {
   const std::vector<uint32_t> some = pieces_looked_at(pieces.count);
@@ -204,6 +217,7 @@ LookedAt look_among_ranks(const Mesh& part, const RankPieces& pieces, std::span<
     std::sort(list.begin(), list.end());
     list.erase(std::unique(list.begin(), list.end()), list.end());
   };
+  // One million corners, 8 MiB. Growing with what is left keeps the sorting linear in all but a logarithm.
   constexpr size_t many = size_t{1} << 20;  // corners: each point is there for eight cells, so not for long
   size_t most = many;
   uint64_t cells = 0, flat = 0;

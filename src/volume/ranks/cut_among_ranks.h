@@ -11,21 +11,22 @@
 
 namespace maille {
 
-/// A cell as cuts see it.
+/// A cell as cuts see it: 16 bytes, whatever the cell.
 struct CellMiddle {
   std::array<float, 3> at{};
   uint32_t number = 0;  ///< in the whole mesh
 };
 
-/// The pieces of cut_cells(), found by ranks that each have some of the cells.
+/// The pieces of cut_cells(), found by ranks that each have some of the cells: the very same cuts, however
+/// the cells are spread over ranks.
 struct RankPieces {
   std::vector<uint32_t> of_cell;  ///< by cell of this rank, in the order given
   uint32_t count = 0;             ///< of all ranks; none where there are no cells
 };
 RankPieces cut_among_ranks(const std::vector<CellMiddle>& cells, uint64_t target, Ranks& ranks);
 
-/// The cells and points of all ranks in the pieces that stand for all (number_cut.h). `points`: by point of
-/// the part its number in the whole mesh.
+/// What the cells and points of all ranks are in the pieces that stand for all (number_cut.h); the same in
+/// all ranks. `points`: by point of the part its number in the whole mesh.
 LookedAt look_among_ranks(const Mesh& part, const RankPieces& pieces, std::span<const uint32_t> points,
                           Ranks& ranks);
 

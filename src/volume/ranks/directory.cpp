@@ -11,6 +11,7 @@ namespace maille {
 Directory Directory::make(Ranks& ranks, std::span<const uint64_t> keys_here, uint64_t keys,
                           size_t payload_bytes, const std::function<void(size_t, std::byte*)>& payload) {
   const unsigned size = ranks.size();
+  // Rounded up, so that the last key has an owner.
   const uint64_t share = keys / size + 1;
   const size_t record = sizeof(uint64_t) + payload_bytes;
   std::vector<size_t> counts(size);
@@ -33,6 +34,7 @@ Directory Directory::make(Ranks& ranks, std::span<const uint64_t> keys_here, uin
       all.entries_.push_back({load<uint64_t>(from), r, from + sizeof(uint64_t)});
     }
   }
+  // By key, then by sender, then by place: a total order, which does not depend on how messages came.
   std::sort(all.entries_.begin(), all.entries_.end(), [](const Entry& a, const Entry& b) {
     return std::tie(a.key, a.from, a.payload) < std::tie(b.key, b.from, b.payload);
   });
@@ -42,6 +44,7 @@ Directory Directory::make(Ranks& ranks, std::span<const uint64_t> keys_here, uin
   const uint64_t distinct = all.places_.size();
   all.places_.push_back(all.entries_.size());
   all.firsts_ = sums_before(ranks, distinct);
+  // Answers stand where the questions stood, so that no key is sent back.
   // Answers stand where the questions stood.
   Buffers answers(size);
   for (unsigned r = 0; r < size; ++r) answers[r].resize(all.arrived_[r].size() / record * sizeof(uint32_t));
@@ -68,7 +71,7 @@ unsigned Directory::owner(uint64_t number) const {
 
 namespace {
 
-/// All keys of all ranks are below. Error where there is none.
+/// A number that all keys of all ranks are below. Error where there is none. All ranks find the same.
 Result<uint64_t> bound_of(Ranks& ranks, std::span<const uint64_t> keys) {
   std::vector<uint64_t> most = {keys.empty() ? 0 : *std::max_element(keys.begin(), keys.end())};
   ranks.largest(most);
@@ -85,6 +88,7 @@ Result<PointDirectory> PointDirectory::make(const RankPart& part, Ranks& ranks) 
     for (const uint32_t point : block.connectivity) used[point] = true;
   }
   const Tuples tuples(*part.mesh, Domain::point);
+  // Ranks without points may have other arrays, or none: agree_on_layout() lets them pass.
   // Ranks without points may have other arrays.
   std::vector<uint64_t> bytes = {part.mesh->point_count() > 0 ? tuples.size() : 0};
   ranks.largest(bytes);
@@ -106,6 +110,7 @@ Result<PointDirectory> PointDirectory::make(const RankPart& part, Ranks& ranks) 
                          "; give both the same position and values, or different numbers of points");
     }
   }
+  // Every rank finds the errors of its own stretch; the message names the ranks already.
   MAILLE_CHECK(agree(ranks, same, false));
   if (points.directory_.total() > max_points)
     return failure(ErrorCode::unsupported, "a file in pieces has no room for 2^32 points");

@@ -10,7 +10,7 @@
 namespace maille {
 namespace {
 
-/// What must be alike in all ranks, for messages.
+/// What must be alike in all ranks, as the message about a difference puts it.
 std::string described(const Array& array) {
   return std::string(name_of(array.domain)) + " array \"" + array.name + "\" of " +
          std::to_string(array.components) + " " + name_of(array.type);
@@ -37,6 +37,7 @@ void put_array(ByteWriter& out, const Array& array) {
   if (of_mesh) out.put_bytes(array.bytes);
 }
 
+/// Reads what another rank of the same program wrote; bounds are checked all the same, as ByteReader does.
 Array get_array(ByteReader& in) {
   Array array;
   array.name = in.get_string();
@@ -88,7 +89,8 @@ Result<> check(const RankPart& part) {
   return {};
 }
 
-/// The arrays of the first rank that has any points; those of others must be the same.
+/// The arrays are those of the first rank that has anything; those of others with points or cells must be the
+/// same. Labels, metadata and arrays of the mesh are that rank's, too.
 Result<> agree_on_arrays(const RankPart& part, Ranks& ranks, PartLayout& layout) {
   const bool nothing = part.mesh->point_count() == 0 && part.mesh->cell_count() == 0;
   std::vector<uint64_t> first = {nothing ? 0 : ranks.size() - ranks.rank()};
@@ -110,9 +112,11 @@ Result<> agree_on_arrays(const RankPart& part, Ranks& ranks, PartLayout& layout)
   return agree(ranks, alike);
 }
 
-/// Names and types; where no rank has more than one block, and all have one name, they are one.
+/// Blocks of different ranks are one if they have the same name and type; where no rank has more than one
+/// block, and all have one name, they are one whatever their types.
 using Key = std::pair<std::string, CellType>;
 
+/// Blocks without cells are not told: they have no least number by which to stand in order.
 void put_blocks(const RankPart& part, ByteWriter& out) {
   uint64_t first = 0;
   uint32_t number = 0;
@@ -161,7 +165,7 @@ std::vector<BlockOfRank> all_blocks(const RankPart& part, Ranks& ranks) {
   return all;
 }
 
-/// Whether all are one block: then they have one key.
+/// Whether all blocks of all ranks are one: no rank has two, and all have one name.
 bool is_one(const std::vector<BlockOfRank>& all) {
   std::set<unsigned> seen;
   return std::all_of(all.begin(), all.end(), [&](const BlockOfRank& found) {
@@ -186,6 +190,7 @@ Result<> agree_on_blocks(const RankPart& part, Ranks& ranks, PartLayout& layout)
     block.first_id = std::min(block.first_id, found.block.first_id);
     block.last_id = std::max(block.last_id, found.block.last_id);
   }
+  // By their least cell, then by name and type: the order in which one process would have them.
   std::vector<std::pair<Key, PartLayout::Block>> sorted(merged.begin(), merged.end());
   std::stable_sort(sorted.begin(), sorted.end(),
                    [](const auto& a, const auto& b) { return a.second.first_id < b.second.first_id; });
@@ -196,6 +201,7 @@ Result<> agree_on_blocks(const RankPart& part, Ranks& ranks, PartLayout& layout)
         layout.block_of[found.number] = static_cast<uint32_t>(layout.blocks.size());
     }
     block.first_key = layout.keys;
+    // Keys of all blocks must fit 64 bits together, each block taking as many as its numbers are spread over.
     const uint64_t ids = block.last_id - block.first_id;
     if (ids >= ~uint64_t{0} - layout.keys)
       return failure(ErrorCode::malformed_input, "the numbers of cells are spread over more than 64 bits");

@@ -9,7 +9,8 @@
 
 namespace maille {
 
-/// What all parts have in common.
+/// What all parts have in common: the arrays, and the blocks of the whole mesh. The same in all ranks but for
+/// `block_of`.
 struct PartLayout {
   Mesh empty;  ///< no points, no cells; arrays without tuples, those of the mesh with theirs; metadata
   struct Block {
@@ -25,10 +26,12 @@ struct PartLayout {
   uint64_t keys = 0;               ///< all are below
 };
 
-/// Errors: malformed_input, for a part that breaks its own rules, or has other arrays than others.
+/// Finds it; all ranks together. Errors: malformed_input, for a part that breaks its own rules, or has other
+/// arrays than others, or numbers too far apart; unsupported, for arrays on corners.
 Result<PartLayout> agree_on_layout(const RankPart& part, Ranks& ranks);
 
-/// The arrays of a domain, positions first, as one tuple for each element.
+/// The arrays of a domain, positions first, as one tuple for each element: how values travel between ranks.
+/// The mesh must outlive it.
 class Tuples {
  public:
   Tuples(const Mesh& mesh, Domain domain);
@@ -41,7 +44,7 @@ class Tuples {
   std::vector<const Array*> arrays_;
   size_t size_ = 0;
 };
-/// Writes one tuple to the arrays.
+/// Writes one tuple to the arrays, in the order of Tuples::of().
 void put_tuple(const std::vector<Array*>& arrays, uint64_t element, const std::byte* tuple);
 
 }  // namespace maille

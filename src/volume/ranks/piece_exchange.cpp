@@ -9,10 +9,10 @@
 namespace maille {
 namespace {
 
-/// Where the points of this part's cells stand in the whole mesh.
+/// By point of this part its number in the whole mesh.
 using Numbers = std::vector<uint32_t>;
 
-/// A cell on its way.
+/// Writes a cell on its way to another rank: type, points by their numbers in the whole mesh, sizes of faces.
 void put_cell(ByteWriter& out, const CellBlock& block, uint64_t cell, const Numbers& points) {
   out.put(static_cast<uint8_t>(block.type_of(cell)));
   const auto corners = block.cell(cell);
@@ -72,6 +72,7 @@ std::vector<Arrival> arrivals(const Buffers& buffers, size_t tuple_bytes) {
       cell.tuple = in.get_bytes(tuple_bytes).data();
     }
   }
+  // Cells come from many ranks: by number they stand as one process would have them.
   std::sort(all.begin(), all.end(), [](const Arrival& a, const Arrival& b) {
     return std::tie(a.piece, a.number) < std::tie(b.piece, b.number);
   });
@@ -97,7 +98,8 @@ void begin_block(const PartLayout::Block& block, CellBlock& to) {
   if (block.has_faces) to.cell_faces.push_back(0);
 }
 
-/// Cells of one piece, as take_cells() has them; points have their numbers in the whole mesh.
+/// Cells of one piece as a mesh, as take_cells() has them: points are numbered within the piece, in the order
+/// of the whole mesh.
 PieceOfRank piece_of(std::span<const Arrival> cells, const PartLayout& layout) {
   PieceOfRank piece;
   piece.number = cells[0].piece;
@@ -151,7 +153,8 @@ std::vector<PieceOfRank> receive_cells(const RankPart& part, const PartLayout& l
   return pieces;
 }
 
-/// The numbers of points that no cell uses, in the rank that codes them.
+/// Brings the numbers of points that no cell uses to the rank that codes them. They arrive rank by rank, and
+/// so rising, as each rank looks after a stretch of numbers.
 void receive_unused(const PartLayout& layout, const PointDirectory& points, const Division& division,
                     Ranks& ranks, std::vector<PieceOfRank>& pieces) {
   const unsigned owner = rank_of_piece(division.count - 1, division.count, ranks.size());
@@ -171,7 +174,8 @@ void receive_unused(const PartLayout& layout, const PointDirectory& points, cons
   give_arrays(layout, piece);
 }
 
-/// Asks those who look after them for the values of points.
+/// Asks those who look after them for the values of points, and learns which of these other pieces have, too:
+/// who answers sees all that ask.
 class PointFetch {
  public:
   PointFetch(const PointDirectory& points, const PartLayout& layout, Ranks& ranks)
@@ -196,7 +200,7 @@ class PointFetch {
   }
 
  private:
-  /// Each piece asks for a point once: one that is asked for more often is shared.
+  /// Each piece asks for a point once: one that is asked for more often is shared. Counts stop at two.
   Buffers answer(const Buffers& asked) const {
     const uint64_t first = points_.directory().first();
     std::vector<uint8_t> times(points_.directory().count());

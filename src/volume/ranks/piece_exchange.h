@@ -11,7 +11,7 @@
 
 namespace maille {
 
-/// A piece in the rank that codes it.
+/// A piece in the rank that codes it, complete: its cells, and all values of its points.
 struct PieceOfRank {
   uint32_t number = 0;
   SubMesh sub;
@@ -19,7 +19,8 @@ struct PieceOfRank {
   std::vector<uint32_t> shared;  ///< numbers of points that other pieces have, too, rising
 };
 
-/// Who codes a piece of so many: neighbours in the list go to one rank.
+/// Who codes a piece of so many: neighbours in the list go to one rank, so that each rank writes one stretch
+/// of the file. Ranks get the same number of pieces but for one.
 inline unsigned rank_of_piece(uint32_t piece, uint32_t pieces, unsigned ranks) {
   return static_cast<unsigned>(uint64_t{piece} * ranks / pieces);
 }
@@ -32,8 +33,8 @@ struct Division {
   bool has_unused = false;        ///< the last piece is one of points
 };
 
-/// Brings cells to the ranks of their pieces, and the values of their points. The pieces of this rank, by
-/// number.
+/// Brings cells to the ranks of their pieces, and the values of their points; all ranks together. Returns the
+/// pieces of this rank, by number. Three exchanges, and one more where points have no cells.
 std::vector<PieceOfRank> exchange_pieces(const RankPart& part, const PartLayout& layout,
                                          const PointDirectory& points, const Division& division,
                                          Ranks& ranks);

@@ -14,7 +14,8 @@ struct Shared {
   Place place{};
 };
 
-/// The shared points of a coded piece, in its order; their numbers there.
+/// Writes the shared points of a coded piece in its order, with their places as decoders will have them;
+/// returns their numbers in the piece.
 std::vector<uint32_t> coded_numbers(const PieceJoin& join, const PieceInWork& piece, ByteWriter& out) {
   std::vector<uint32_t> numbers;
   out.put(join.piece);
@@ -47,7 +48,8 @@ std::vector<std::vector<Shared>> unpack(const Buffers& buffers, uint32_t pieces)
   return all;
 }
 
-/// By piece and shared point its copy.
+/// By piece the copy of each shared point. find_shared() counts over numbers of the whole mesh, so numbers
+/// are made dense first.
 std::vector<std::vector<SharedPoint>> find_copies(const std::vector<std::vector<Shared>>& pieces) {
   // Numbers among the shared points rise as numbers in the mesh do.
   std::vector<uint32_t> numbers;
@@ -103,6 +105,7 @@ void join_among_ranks(const std::vector<PieceJoin>& joins, uint32_t pieces, std:
     }
     for (unsigned r = 0; r < ranks.size(); ++r) answers[r] = out[r].take();
   }
+  // Pieces stand in the order of their numbers in both directions, so that answers need no keys.
   const std::vector<std::byte> answer = ranks.exchange(std::move(answers))[0];
   ByteReader in(answer);
   for (size_t i = 0; i < coded.size(); ++i) {

@@ -13,7 +13,8 @@
 namespace maille {
 namespace {
 
-/// The least and the largest finite number of each component, of all ranks.
+/// The least and the largest finite number of each component, of all ranks: a lattice must reach them, and a
+/// sample may have missed them. Numbers are kept as their bytes, so that nothing is rounded.
 class Extremes {
  public:
   explicit Extremes(const Array& like) : type_(like.type), number_(size_of(like.type)) {
@@ -41,7 +42,7 @@ class Extremes {
     }
     return out.take();
   }
-  /// As two tuples more; 0 where there is none.
+  /// Appends them as two tuples more; 0 where there is none.
   void append_to(Array& sample) const {
     for (const auto* side : {&low_, &high_}) {
       for (const auto& number : *side) {
@@ -66,8 +67,8 @@ class Extremes {
   std::vector<std::vector<std::byte>> low_, high_;
 };
 
-/// Whether values are the numbers of their elements, all less one number: then this has one for the ranks
-/// together.
+/// Whether values are the numbers of their elements, all less one number, modulo 2^64. This finds arrays of
+/// one run with a single reduction; runs in general would need the order of all elements in one place.
 class Offset {
  public:
   void add(uint64_t value, uint32_t number) {
@@ -82,9 +83,11 @@ class Offset {
   }
 
  private:
+  // The least as the complement of the largest complement.
   uint64_t most_ = 0, least_ = ~uint64_t{0};
 };
 
+/// Array after array, so that the first rank holds one sample at a time.
 class MapsChooser {
  public:
   MapsChooser(const RankPart& part, const PartLayout& layout, const PointDirectory& points,
@@ -122,12 +125,15 @@ class MapsChooser {
     return arrays;
   }
 
-  /// Where the next array of points begins in a tuple.
+  /// Chooses the map of one array and returns where the next array of points begins in a tuple. All ranks
+  /// send what the stride selects, by number: which tuples are looked at depends neither on ranks nor on who
+  /// has them.
   size_t add(const Array& like, const StreamArray& asked, size_t offset, const Array* of_cells,
              Result<ArrayMapsList>& list) {
     const bool of_points = like.domain == Domain::point;
     const uint64_t count = of_points ? points_.directory().total() : cells_.total();
     const size_t size = like.tuple_size();
+    // At most about `sample_bytes` go to the first rank.
     const uint64_t stride = count * size / sample_bytes_ + 1;
     const bool needs_range = stride > 1 && asked.tolerance.kind != Tolerance::Kind::lossless;
     ByteWriter mine;
@@ -158,6 +164,7 @@ class MapsChooser {
     return offset + (of_points ? size : 0);
   }
 
+  /// Tuples by number, as they would stand in one mesh. A cell or point comes from one rank only.
   static Array sorted(const Array& like, const Buffers& buffers) {
     std::vector<std::pair<uint32_t, const std::byte*>> tuples;
     const size_t size = like.tuple_size();
@@ -175,7 +182,7 @@ class MapsChooser {
     return all;
   }
 
-  /// As for a mesh of this array alone.
+  /// Chooses as for a mesh of this array alone; an error stays in `list`, and is told to all in broadcast().
   static void choose(Array sample, const StreamArray& asked, bool is_sample, Result<ArrayMapsList>& list) {
     const bool positions = list->maps.empty();
     Mesh mesh;
@@ -203,6 +210,7 @@ class MapsChooser {
     list->extents.push_back(found->extents.back());
   }
 
+  /// The header of a stream has all that a map is, so it serves as the message; extents have no place in it.
   Result<ArrayMapsList> broadcast(Result<ArrayMapsList> list) const {
     ByteWriter out;
     if (ranks_.rank() == 0 && list) {

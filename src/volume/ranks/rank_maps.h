@@ -8,8 +8,9 @@
 
 namespace maille {
 
-/// How numbers are written in all pieces: chosen by the first rank from all numbers, in their order, or from
-/// every so many where an array is larger than `sample_bytes`. Error: usage.
+/// How numbers are written in all pieces, the same in all ranks: chosen by the first rank from all numbers,
+/// in their order, or from every so many where an array is larger than `sample_bytes`. With all numbers at
+/// hand these are the maps that one process would choose. Error: usage.
 Result<ArrayMapsList> choose_maps_among_ranks(const RankPart& part, const PartLayout& layout,
                                               const PointDirectory& points, const Directory& cells,
                                               const StreamOptions& stream, uint64_t sample_bytes,

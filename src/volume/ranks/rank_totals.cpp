@@ -11,6 +11,8 @@
 namespace maille {
 namespace {
 
+/// Ranges of least and largest numbers can be joined in any order, so that no rank counts more than another;
+/// points are counted by who looks after them, once each.
 void put_range(ByteWriter& out, const ValueRange& range) {
   out.put_count(range.components.size());
   for (const ValueRange::Component& component : range.components) {
@@ -37,7 +39,7 @@ void add_range(ByteReader& in, ValueRange& range) {
   range.nans += in.get<uint64_t>();
 }
 
-/// The ranges of positions and arrays, of what this rank has or looks after.
+/// The ranges of positions and arrays, of the points that this rank looks after and the cells that it has.
 ByteWriter ranges_here(const RankPart& part, const PartLayout& layout, const PointDirectory& points) {
   ByteWriter out;
   size_t offset = 0;
@@ -67,6 +69,7 @@ ByteWriter ranges_here(const RankPart& part, const PartLayout& layout, const Poi
   return out;
 }
 
+/// One message for all numbers.
 CellTotals sum_cells(const CellTotals& mine, Ranks& ranks) {
   std::vector<uint64_t> numbers(mine.of_type.begin(), mine.of_type.end());
   const MeshDescription::Polyhedra& polyhedra = mine.polyhedra;

@@ -20,6 +20,9 @@
 namespace maille {
 namespace {
 
+/// Writes one file in pieces from many ranks, each with a part of the mesh: the same bytes as from one
+/// process, as far as samples hold all numbers and parts do not stay as they are. The steps follow run(); all
+/// ranks go through all of them together, and each step that can fail ends with an agreement. docs/mpi.md.
 class RanksEncoder {
  public:
   RanksEncoder(const RankPart& part, Ranks& ranks, RanksFile& file, const EncodeOptions& options,
@@ -45,6 +48,7 @@ class RanksEncoder {
   }
 
  private:
+  /// Which piece each cell belongs to: the parts as they are, or cuts through the whole mesh.
   Division divide(const PointDirectory& points, const Directory& cells) {
     Division division;
     division.numbers = cells.numbers();
@@ -65,7 +69,8 @@ class RanksEncoder {
     return division;
   }
 
-  /// As the function of this name has it for a mesh in memory.
+  /// As the function of this name has it for a mesh in memory: both ways of cutting are compared by the same
+  /// numbers.
   RankPieces cut_into_pieces(const Directory& points, const Directory& cells) {
     RankPieces by_planes = cut_among_ranks(middles(cells), how_.cells_per_piece, ranks_);
     if (by_planes.count < 2) return by_planes;
@@ -97,6 +102,7 @@ class RanksEncoder {
     return middles;
   }
 
+  /// The pieces of this rank, coded side by side. An error of one is told when all are done.
   Result<> code(std::vector<PieceOfRank>& mine) {
     Executor& executor = executor_of();
     coded_.resize(mine.size());
@@ -114,8 +120,8 @@ class RanksEncoder {
     return {};
   }
 
-  /// Chunks of all pieces of this rank, as they will stand in the file, and what the first rank needs to
-  /// know.
+  /// Chunks of all pieces of this rank, as they will stand in the file, and what the first rank needs to know
+  /// of them for index and digest: type, size and checksum of each.
   struct Run {
     std::vector<std::byte> bytes, records;
   };
@@ -132,6 +138,8 @@ class RanksEncoder {
     return run;
   }
 
+  /// Places in the file follow from sizes alone, so that all ranks write at once: front, pieces, numbers,
+  /// back.
   Result<EncodeReport> write() {
     join_among_ranks(joins_, pieces_, coded_, ranks_);
     Run pieces = MAILLE_TRY(
@@ -168,7 +176,8 @@ class RanksEncoder {
     return report;
   }
 
-  /// What stands before and behind the pieces.
+  /// What stands before and behind the pieces, made by the first rank: its writer counts the chunks of others
+  /// without having their bytes.
   struct Ends {
     std::vector<std::byte> front, back;
   };
@@ -194,7 +203,8 @@ class RanksEncoder {
     return ends;
   }
 
-  /// The index of all pieces, in all ranks: some hundred bytes each.
+  /// The index of all pieces, in all ranks: some hundred bytes each. Ranks have pieces in rising order, so
+  /// that joining them by rank keeps it.
   Result<std::vector<PieceRecord>> all_records() const {
     ByteWriter mine;
     for (const PieceInWork& piece : coded_) {

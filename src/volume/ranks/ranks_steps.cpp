@@ -23,7 +23,8 @@
 namespace maille {
 namespace {
 
-/// Tuples of all elements of a domain, each in the rank that looks after its number.
+/// Tuples of all elements of a domain, each in the rank that looks after its number, from where any rank can
+/// ask for it.
 struct Kept {
   const Directory* directory = nullptr;
   size_t size = 0;
@@ -43,6 +44,7 @@ Kept keep_points(const PointDirectory& points, const PartLayout& layout) {
   return kept;
 }
 
+/// Cells live in the ranks that have them; their tuples go to those who look after their numbers.
 Kept keep_cells(const RankPart& part, const PartLayout& layout, const Directory& cells, Ranks& ranks) {
   Kept kept{&cells, Tuples(layout.empty, Domain::cell).size(), {}};
   kept.tuples.resize(kept.size * cells.count());
@@ -64,7 +66,8 @@ Kept keep_cells(const RankPart& part, const PartLayout& layout, const Directory&
   return kept;
 }
 
-/// The tuples of elements in their order, from those who keep them.
+/// Brings the tuples of elements, in their order, from those who keep them: questions there, answers back in
+/// the order of the questions.
 std::vector<std::byte> fetch(const Kept& kept, std::span<const uint32_t> elements, Ranks& ranks) {
   std::vector<ByteWriter> asked(ranks.size());
   for (const uint32_t element : elements) asked[kept.directory->owner(element)].put(element);
@@ -87,7 +90,8 @@ std::vector<std::byte> fetch(const Kept& kept, std::span<const uint32_t> element
   return tuples;
 }
 
-/// What stands behind the values, up to the footer, and the footer: a file has none before all else is there.
+/// Takes what stands behind the values, up to the footer, and the footer apart: a file has none before all
+/// else is there, so that it is written last, in a second step.
 class EndSink final : public Sink {
  public:
   Result<> write(Bytes bytes) override {
@@ -107,6 +111,8 @@ class EndSink final : public Sink {
   bool is_footer_ = false;
 };
 
+/// Appends a step to a file in pieces from many ranks. Each rank codes the pieces that rank_of_piece() gives
+/// it, however the parts are cut: pieces are those of the file.
 class RanksAppender {
  public:
   RanksAppender(const Source& before, double time, const RankPart& part, Ranks& ranks, RanksFile& file,
@@ -123,6 +129,7 @@ class RanksAppender {
     const PointDirectory points = MAILLE_TRY(PointDirectory::make(part_, ranks_));
     const Directory cells = MAILLE_TRY(number_cells(part_, layout_, ranks_));
     MAILLE_CHECK(check_counts(before_, target_, points.directory().total(), cells.total()));
+    // Arrays that rise are looked for below, against those of the mesh.
     stream.any_order = true;  // numbers that rise are those of the mesh, or as others
     ArrayMapsList maps =
         MAILLE_TRY(choose_maps_among_ranks(part_, layout_, points, cells, stream, how_.sample_bytes, ranks_));
@@ -153,7 +160,7 @@ class RanksAppender {
     return {};
   }
 
-  /// As the function of this name has it for one process.
+  /// As the function of this name has it for one process; each rank looks at the numbers that it keeps.
   void find_same_numbers(const Kept& of_points, const Kept& of_cells) {
     step_.codings.resize(step_.arrays.size());
     for (const NumberedArray& numbered : target_.mesh.description.numbered) {
@@ -180,6 +187,7 @@ class RanksAppender {
     }
   }
 
+  /// The numbers in the file may be damaged: they are checked before they are sent as questions.
   Result<> load_numbers() {
     const auto count = static_cast<uint32_t>(reader_->pieces().size());
     for (uint32_t piece = 0; piece < count; ++piece) {
@@ -238,6 +246,7 @@ class RanksAppender {
     return {};
   }
 
+  /// Values first, then what makes them count: a step that was cut off is not there for a reader.
   Result<StepReport> write() {
     ranks_.add(report_.array_bytes);
     std::vector<uint64_t> errors(

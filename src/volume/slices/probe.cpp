@@ -10,15 +10,18 @@
 namespace maille {
 namespace {
 
-/// A place in a cell as a mean of its points.
+/// A place in a cell as a mean of its points: numbers of points with their shares, whose sum is 1. A point
+/// may come several times.
 using Weights = std::vector<std::pair<uint32_t, double>>;
 
+/// A corner of a tetrahedron: a point of the cell, or the mean of several.
 struct Corner {
   Vector3 at;
   std::span<const uint32_t> points;  ///< whose mean it is
 };
 
-/// Barycentric coordinates of a place in a tetrahedron; a little outside counts as inside, as roundings would
+/// Barycentric coordinates of a place in a tetrahedron, by Cramer's rule; none if it is outside or the
+/// tetrahedron has no volume. A little outside (1e-9 of the tetrahedron) counts as inside, as roundings would
 /// else leave gaps between neighbours.
 std::optional<std::array<double, 4>> coordinates(const std::array<Corner, 4>& corners, const Vector3& place) {
   constexpr double slack = 1e-9;
@@ -43,7 +46,9 @@ Vector3 mean(const Mesh& mesh, std::span<const uint32_t> points) {
   return sum * (1 / static_cast<double>(points.size()));
 }
 
-/// The shares of the cell's points at the place; none: it is not in the cell.
+/// The shares of the cell's points at the place; none: it is not in the cell. Any solid is divided into
+/// tetrahedra from its middle over the middles of its faces: neighbours divide a common face alike, so that
+/// values are continuous across it.
 std::optional<Weights> weights_at(const Mesh& mesh, const CellBlock& block, uint64_t cell,
                                   const Vector3& place) {
   const auto all = block.cell(cell);
@@ -70,6 +75,7 @@ std::optional<Weights> weights_at(const Mesh& mesh, const CellBlock& block, uint
   return weights;
 }
 
+/// Values on points are interpolated, those on cells taken. Integers become doubles on the way.
 void set_values(const Mesh& mesh, const Weights& weights, ProbedValues& probed) {
   for (const Array& array : mesh.arrays) {
     if (array.domain != Domain::point && array.domain != Domain::cell) continue;
@@ -89,6 +95,7 @@ void set_values(const Mesh& mesh, const Weights& weights, ProbedValues& probed) 
   }
 }
 
+/// What is cheap to see rules nearly all cells out. Points whose numbers are NaN are on no side.
 bool is_in_box(const Mesh& mesh, std::span<const uint32_t> points, const Vector3& place) {
   std::array<bool, 3> below{}, above{};
   for (const uint32_t point : points) {
@@ -103,6 +110,7 @@ bool is_in_box(const Mesh& mesh, std::span<const uint32_t> points, const Vector3
 
 }  // namespace
 
+/// The first cell that has the place gives its values. Cells times places steps.
 std::vector<ProbedValues> probe(const Mesh& mesh, std::span<const Vector3> places) {
   std::vector<ProbedValues> probed(places.size());
   uint64_t number = 0;

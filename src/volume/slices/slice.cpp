@@ -13,7 +13,8 @@
 namespace maille {
 namespace {
 
-/// A point of the slice: on an edge from one point of the mesh to another, the lower number first.
+/// A point of the slice: on an edge from one point of the mesh to another, the lower number first, so that
+/// all cells at the edge give the same point.
 struct Crossing {
   uint32_t from = 0, to = 0;
   double share = 0;  ///< of the way
@@ -27,6 +28,8 @@ void store_float(Scalar type, double value, std::byte* out) {
   }
 }
 
+/// Cuts cells by a plane into polygons, one point for each edge that crosses it. Polygons of neighbours share
+/// points, so that the slice is as connected as the mesh.
 class Slicer {
  public:
   Slicer(const Mesh& mesh, const Region::Plane& plane) : mesh_(mesh) {
@@ -52,7 +55,8 @@ class Slicer {
   }
 
  private:
-  /// On the plane counts as above it. Points that are nowhere are on no side.
+  /// On the plane counts as above it, so that a point is never on both sides and each crossing edge has its
+  /// ends apart. Points that are nowhere are on no side.
   bool is_above(uint32_t point) const { return sides_[point] >= 0; }
   bool passes(std::span<const uint32_t> points) const {
     bool above = false, below = false;
@@ -64,6 +68,8 @@ class Slicer {
     return above && below;
   }
 
+  /// The number of the crossing on an edge, a new one if no cell has asked before. Sides differ in sign, so
+  /// that the share is from 0 to 1.
   uint32_t crossing(uint32_t a, uint32_t b) {
     const uint32_t from = std::min(a, b), to = std::max(a, b);
     const auto [found, added] =
@@ -72,8 +78,9 @@ class Slicer {
     return found->second;
   }
 
-  /// Each face joins the edges where it is left with those where it is entered next; each edge is one of two
-  /// faces, so that the lines close.
+  /// The polygons in which the plane cuts one cell. Each face joins the edges where it is left with those
+  /// where it is entered next; each edge is one of two faces, so that the lines close. Faces that are not
+  /// convex give several lines.
   void cut(const CellBlock& block, uint64_t cell, uint32_t number, CellBlock& to) {
     lines_.clear();
     for_each_face(block, cell, [&](std::span<const uint32_t> corners) {
@@ -89,6 +96,8 @@ class Slicer {
     });
     while (!lines_.empty()) add_polygon(number, to);
   }
+  /// Follows lines from crossing to crossing until they close; each turn takes a line away, so that the loop
+  /// ends for any faces.
   void add_polygon(uint32_t number, CellBlock& to) {
     const size_t first = to.connectivity.size();
     const uint32_t begin = lines_.back().from;
@@ -104,6 +113,7 @@ class Slicer {
       next = found->from == next ? found->to : found->from;
       lines_.erase(found);
     }
+    // A plane through an edge or a corner leaves less than a triangle.
     if (to.connectivity.size() - first < 3) {
       to.connectivity.resize(first);
       return;
@@ -130,6 +140,7 @@ class Slicer {
         std::copy_n(array.bytes.data() + cells_[i] * size, size, to.bytes.data() + i * size);
     }
   }
+  /// Along the edge. What is no float, and values that would not be finite, are those of the nearer end.
   void interpolate(const Array& from, Array& to) const {
     to.resize(crossings_.size());
     const size_t from_size = size_of(from.type), to_size = size_of(to.type);

@@ -8,8 +8,8 @@
 
 namespace maille {
 
-/// Calls f(corners) for each face of a solid, by numbers of points; of curved solids by their corners. Other
-/// cells have none.
+/// Calls f(corners) for each face of a solid, by numbers of points in a cycle; of curved solids by their
+/// corners alone. Other cells have none. At most six corners, but of polyhedra.
 template <class F>
 void for_each_face(const CellBlock& block, uint64_t cell, F f) {
   const auto points = block.cell(cell);
