@@ -10,8 +10,9 @@ namespace maille {
 namespace {
 
 /// Every triangle of the surface becomes a lattice of `steps` steps to a side. Numbers of points: those of
-/// the surface, then triangle by triangle the new ones on the edges that are this triangle's own, and those
-/// inside it, row by row. So the number of any point can be computed, and none has to be kept.
+/// the surface, then triangle by triangle the new ones on the edges that are this triangle's own (it has the
+/// first half-edge), and those inside it, row by row. So the number of any point can be computed, and none
+/// has to be kept: blocks are written one after the other and forgotten.
 class Numbering {
  public:
   Numbering(const TriangleSurface& surface, unsigned levels, const BlockScheme& scheme)
@@ -28,6 +29,8 @@ class Numbering {
   int32_t steps() const { return steps_; }
   uint32_t triangles_each() const { return static_cast<uint32_t>(steps_) * static_cast<uint32_t>(steps_); }
 
+  /// On edges, points are numbered from the first half-edge's origin, so the other triangle counts from the
+  /// end.
   uint32_t number(uint32_t t, Place p) const {
     const uint32_t h = 3 * t;
     if (p.j == 0) return on_edge(h, p.i);
@@ -47,7 +50,8 @@ class Numbering {
     }
     return {};
   }
-  /// Calls visit(corners) for each small triangle of one, in the order in which blocks have them.
+  /// Calls visit(corners) for each small triangle of one, in the order in which blocks have them: that of
+  /// splitting level by level, not row by row.
   template <class Visit>
   Result<> for_each_triangle(Visit visit) const {
     return for_each_triangle({Place{0, 0}, Place{steps_, 0}, Place{0, steps_}}, levels_, visit);
@@ -59,6 +63,8 @@ class Numbering {
     if (levels == 0) return visit(corners);
     const auto place = [&](Place p) {
       const auto along = [&](int32_t from, int32_t i, int32_t j) {
+        // Divides without a rest: sides of a lattice of steps^levels are multiples of steps above the last
+        // level.
         return from + ((i - from) * p.i + (j - from) * p.j) / scheme_.steps;
       };
       return Place{along(corners[0].i, corners[1].i, corners[2].i),
@@ -70,6 +76,8 @@ class Numbering {
     return {};
   }
   uint32_t edge() const { return static_cast<uint32_t>(steps_ - 1); }  // points on one
+  /// Products of 64 bits: steps are up to 4,096 with twelve levels, the count of points is checked as a
+  /// whole.
   uint32_t inside() const { return static_cast<uint32_t>(int64_t{steps_ - 1} * (steps_ - 2) / 2); }
   Place on_side(uint32_t side, int32_t k) const {
     if (side == 0) return {k, 0};
@@ -103,7 +111,8 @@ class Numbering {
   uint64_t next_;
 };
 
-/// Subdivides triangles `first` to `end` and writes the new points that are theirs.
+/// Subdivides triangles `first` to `end` and writes the new points that are theirs. Each level needs rings
+/// around the block, except behind the last.
 class BlockWriter {
  public:
   BlockWriter(const TriangleSurface& surface, const Numbering& numbering, unsigned levels,
@@ -150,6 +159,8 @@ class BlockWriter {
   std::vector<uint32_t> points_;  // by index(place)
 };
 
+// A million small triangles take tens of megabytes of points and links. Chosen, not swept: smaller blocks
+// compute more of what lies around them again, larger ones take more memory.
 constexpr unsigned triangles_per_block = 1u << 20;
 
 Result<> write_points(const TriangleSurface& surface, const Numbering& numbering, unsigned levels,
@@ -157,6 +168,7 @@ Result<> write_points(const TriangleSurface& surface, const Numbering& numbering
   for (const Position& point : surface.points) MAILLE_CHECK(out.point(point));
   BlockWriter writer(surface, numbering, levels, scheme);
   const uint32_t step = std::max(triangles_per_block / numbering.triangles_each(), 1u);
+  // The last step is shorter, so that `first` cannot wrap.
   for (uint32_t first = 0; first < surface.triangles();
        first += std::min(step, surface.triangles() - first)) {
     MAILLE_CHECK(writer.write(first, first + std::min(step, surface.triangles() - first), out));

@@ -17,7 +17,7 @@ struct Place {
   int32_t j;
 };
 
-/// A scheme that cuts every edge in `steps` each time.
+/// A scheme that cuts every edge in `steps` each time, and so makes steps^2 triangles of one.
 struct BlockScheme {
   int32_t steps;
   std::span<const std::array<Place, 3>> parts;  ///< corners of the new triangles of one, in their order
@@ -27,8 +27,9 @@ struct BlockScheme {
   SurfaceBlock (*refined)(const SurfaceBlock& block, RingWeights& weights, unsigned rings);
 };
 
-/// Memory is that of the surface, and a block of about a million triangles of the result, or those of one
-/// triangle.
+/// Writes the surface subdivided `levels` times to `output`: first all points, then all triangles. Memory is
+/// that of the surface, and a block of about a million triangles of the result, or those of one triangle.
+/// Errors: usage, for more points than a mesh can have; those of `output`.
 Result<> subdivide_in_blocks(const TriangleSurface& surface, unsigned levels, const BlockScheme& scheme,
                              SubdivisionOutput& output);
 

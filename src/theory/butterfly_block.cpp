@@ -5,7 +5,8 @@ namespace maille {
 namespace {
 
 /// Makes four triangles of each of some triangles; points in the middle of their edges are predicted from the
-/// whole surface.
+/// whole block. New triangles come in the order of SplitOrder, those of one at its corners first, then in its
+/// middle.
 class Splitter {
  public:
   Splitter(const SurfaceBlock& block, RingWeights& weights, bool first_ring)
@@ -28,6 +29,7 @@ class Splitter {
   }
 
  private:
+  /// Both half-edges of an edge share one middle, made by the triangle that comes first.
   void find_middle(uint32_t h) {
     if (middles_[h] != none) return;
     middles_[h] = static_cast<uint32_t>(result_.points.size());
@@ -54,6 +56,7 @@ class Splitter {
       result_.opposite[inner] = outer;
       result_.opposite[outer] = inner;
       const uint32_t other = surface_.opposite[3 * t + i];
+      // A neighbour that is not split stays apart: it lies beyond the rings that are wanted.
       if (other == none || order_.numbers[other / 3] == none) continue;
       result_.opposite[first_half(3 * t + i)] = second_half(other);
       result_.opposite[second_half(3 * t + i)] = first_half(other);

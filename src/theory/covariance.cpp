@@ -16,7 +16,8 @@ void append_derivatives(MultiIndex& index, unsigned axis, unsigned left, std::ve
   }
 }
 
-/// Moments of the normal distribution: 1, 0, 1, 0, 3, 0, 15, ...
+/// Moments of the normal distribution, (n - 1)!! for even n: 1, 0, 1, 0, 3, 0, 15, ... They are derivatives
+/// of its covariance function at 0, up to sign.
 double normal_moment(unsigned n) {
   if (n % 2 == 1) return 0;
   double moment = 1;
@@ -24,6 +25,8 @@ double normal_moment(unsigned n) {
   return moment;
 }
 
+/// The covariance exp(-r^2 / 2) is a product over the axes, so that of derivatives is one, too. Within one
+/// order the signs are alike.
 double gaussian_covariance(const MultiIndex& a, const MultiIndex& b) {
   double covariance = 1;
   for (size_t axis = 0; axis < a.size(); ++axis) covariance *= normal_moment(a[axis] + b[axis]);
@@ -47,6 +50,8 @@ double factorial(const MultiIndex& index) {
   return result;
 }
 
+/// The three models of docs/prediction.md, "Within one order": alike, i! j! on the diagonal, and an isotropic
+/// Gaussian field.
 Matrix covariance_of(Covariance model, const std::vector<MultiIndex>& derivatives) {
   Matrix result = Matrix::identity(derivatives.size());
   for (size_t i = 0; i < derivatives.size(); ++i) {

@@ -8,11 +8,13 @@ namespace maille {
 
 namespace {
 
-// Jacobi's method converges quadratically; ten sweeps are rare.
+// Jacobi's method converges quadratically; ten sweeps are rare. The bound only ends what rounding might keep
+// going.
 constexpr unsigned most_sweeps = 60;
 constexpr double precision = 1e-16;
 
-/// Cosine and sine of the rotation that makes the off-diagonal entry of [[a, c], [c, b]] zero.
+/// Cosine and sine of the rotation that makes the off-diagonal entry c of [[a, c], [c, b]] zero: the smaller
+/// root of t^2 + 2 zeta t - 1 = 0, in the form that does not cancel (Golub and Van Loan).
 struct Rotation {
   Rotation(double a, double b, double c) {
     const double zeta = (b - a) / (2 * c);
@@ -39,7 +41,10 @@ double dot_of_columns(const Matrix& a, size_t p, const Matrix& b, size_t q) {
   return sum;
 }
 
-/// Turns the columns of `a` until they are orthogonal (Hestenes 1958); returns the product of the turns.
+/// Turns the columns of `a` until they are orthogonal (one-sided Jacobi, Hestenes 1958); returns the product
+/// of the turns. The result is the singular value decomposition: columns are left vectors times singular
+/// values, the turns right vectors. Small singular values, by which a null space is told, come out more
+/// exactly than by way of a^T a.
 Matrix orthogonalise_columns(Matrix& a) {
   Matrix turns = Matrix::identity(a.columns());
   const double nothing = precision * precision * norm(a) * norm(a);
@@ -51,6 +56,7 @@ Matrix orthogonalise_columns(Matrix& a) {
         const double pp = dot_of_columns(a, p, a, p);
         const double qq = dot_of_columns(a, q, a, q);
         const double pq = dot_of_columns(a, p, a, q);
+        // Columns that are nothing but rounding are never orthogonal to a relative bound.
         if (std::fabs(pq) <= precision * std::sqrt(pp * qq) || std::fabs(pq) <= nothing) continue;
         const Rotation rotation(pp, qq, pq);
         turn_columns(a, p, q, rotation);
@@ -173,6 +179,7 @@ Eigenvectors eigenvectors(Matrix a) {
   }
   std::vector<size_t> order(size);
   std::iota(order.begin(), order.end(), size_t{0});
+  // Stable, so that equal eigenvalues keep the order that the sweeps left them in.
   std::stable_sort(order.begin(), order.end(), [&a](size_t i, size_t j) { return a(i, i) > a(j, j); });
   Eigenvectors result{{}, Matrix(size, size)};
   for (size_t k = 0; k < size; ++k) {

@@ -7,7 +7,8 @@
 // use tables.
 namespace maille {
 
-/// Numbers row after row.
+/// Numbers row after row. Sizes are for the caller to match; nothing is checked, as stencils are checked
+/// before.
 class Matrix {
  public:
   Matrix() = default;
@@ -25,6 +26,7 @@ class Matrix {
   std::vector<double> values_;
 };
 
+/// Sums go over the inner index in rising order, so results are the same everywhere.
 Matrix product(const Matrix& a, const Matrix& b);
 Matrix transposed(const Matrix& a);
 Matrix sum(const Matrix& a, const Matrix& b);
@@ -32,7 +34,8 @@ Matrix difference(const Matrix& a, const Matrix& b);
 /// Square root of the sum of squares.
 double norm(const Matrix& a);
 
-/// The lower triangle L of a positive definite matrix L L^T (Cholesky).
+/// The lower triangle L of a positive definite matrix L L^T (Cholesky). NaN for others: covariances of
+/// covariance.h are positive definite.
 Matrix cholesky(const Matrix& a);
 
 /// All x that minimise |a x - b|, column by column: the shortest one, plus anything in the null space.
@@ -40,10 +43,12 @@ struct LeastSquares {
   Matrix shortest;
   Matrix null_space;  ///< orthonormal columns
 };
-/// Singular values up to `cutoff` count as 0.
+/// By the singular value decomposition of `a`. Singular values up to `cutoff` count as 0: the null space are
+/// the directions in which |a x - b| does not change.
 LeastSquares least_squares(const Matrix& a, const Matrix& b, double cutoff);
 
-/// Eigenvalues of a symmetric matrix, largest first, and their vectors as rows.
+/// Eigenvalues of a symmetric matrix, largest first, and their unit vectors as rows. Which vectors stand for
+/// a multiple eigenvalue, and all signs, are chance.
 struct Eigenvectors {
   std::vector<double> values;
   Matrix rows;

@@ -36,7 +36,8 @@ double squared_distance(const Point& a, const Point& b) {
   return sum;
 }
 
-/// Edges between all samples that lie 1 apart.
+/// Edges between all samples that lie 1 apart, which in lattices of triangles, quads and cubes are just their
+/// edges. Numbers of samples: known ones, the target, hidden ones.
 void join_neighbours(Stencil& stencil) {
   std::vector<Point> points;
   for (const auto& sample : stencil.known) points.push_back(sample.position);
@@ -50,6 +51,7 @@ void join_neighbours(Stencil& stencil) {
 }
 
 /// Corners of a regular polygon on the edge from `a` to `b` (1 long), to the left of it; a and b come first.
+/// Each further edge turns by 360 degrees / degree.
 std::vector<Point> polygon_on(const Point& a, const Point& b, unsigned degree) {
   std::vector<Point> corners{a, b};
   double angle = std::atan2(b[1] - a[1], b[0] - a[0]);
@@ -71,7 +73,8 @@ void join_cycle(Stencil& stencil, const std::vector<uint32_t>& cycle) {
   }
 }
 
-/// The corners after the target of a polygon are hidden; the target follows the last known sample.
+/// The corners after the target of a polygon are hidden: there, but not known. Taylor's rule does not need
+/// them, the spectral one does.
 void add_hidden(Stencil& stencil, const std::vector<Point>& corners, size_t first, const char* letter) {
   for (size_t i = first; i < corners.size(); ++i) {
     stencil.hidden.push_back({numbered(letter, i), corners[i]});
@@ -98,6 +101,8 @@ Stencil quad_stencil() {
   return stencil;
 }
 
+/// In a fan of K corners of 360 / K degrees. With valences 3 and 4 the farther neighbours coincide with
+/// nearer ones or with each other.
 Stencil dual_parallelogram_stencil(unsigned valence) {
   const double angle = 2 * pi / valence;
   Stencil stencil{"dual-parallelogram:" + std::to_string(valence), 2, {1, 0}, {}, {}, {}};
@@ -117,6 +122,8 @@ Stencil dual_parallelogram_stencil(unsigned valence) {
   return stencil;
 }
 
+/// With the ring at radius 1, an edge of it lies cos(180 / K) from the centre and is 2 sin(180 / K) long:
+/// reflected tips lie twice as far, equilateral ones the height of their triangle beyond.
 double tip_distance(unsigned valence, Tips tips) {
   const double half_angle = pi / valence;
   if (tips == Tips::reflected) return 2 * std::cos(half_angle);
@@ -169,6 +176,7 @@ Stencil polygon_beside_stencil(unsigned known_degree, unsigned degree, unsigned 
   return stencil;
 }
 
+/// One | makes it three-dimensional; else positions have two coordinates.
 Result<Stencil> grid_stencil(std::string_view picture) {
   Stencil stencil{"grid:" + std::string(picture), 3, {}, {}, {}, {}};
   if (picture.find('|') == std::string_view::npos) stencil.dimension = 2;
@@ -201,6 +209,7 @@ Result<Stencil> grid_stencil(std::string_view picture) {
   return stencil;
 }
 
+/// Without edges: these are for Taylor's rule, as the target is no vertex of the lattice.
 Stencil butterfly_stencil(unsigned points) {
   const double h = triangle_height;
   Stencil stencil{points == 8 ? "butterfly" : "butterfly-10", 2, {0, 0}, {}, {}, {}};
@@ -253,6 +262,7 @@ Stencil sqrt3_ring_stencil(unsigned valence) {
   return stencil;
 }
 
+/// Corners that are not in the mask are hidden, so that the spectral rule has the whole cube's graph.
 Stencil cube_stencil(unsigned mask) {
   Stencil stencil{"cube:" + std::to_string(mask), 3, {0, 0, 0}, {}, {}, {}};
   for (unsigned i = 1; i < 8; ++i) {

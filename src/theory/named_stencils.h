@@ -22,14 +22,16 @@ Stencil quad_stencil();
 /// A vertex of a fan of `valence` triangles (3 or more): its centre, its two neighbours in the fan, and those
 /// next to them, as far as there are any.
 Stencil dual_parallelogram_stencil(unsigned valence);
-/// The centre of a ring of `valence` vertices (3 to 16), from the ring and its tips.
+/// The centre of a ring of `valence` vertices (3 to 16), from the ring and its tips, which lie `tips` from
+/// the centre. docs/prediction.md, "The K-star".
 Stencil k_star_stencil(unsigned valence, double tips);
 /// Corner `known` of a regular polygon of `degree` corners (3 to 16), from those before it.
 Stencil polygon_stencil(unsigned degree, unsigned known);
 /// Across the edge 0-1 of a known polygon: the new corner number `known` of one with `degree` corners,
 /// counted from the one next to corner 0.
 Stencil polygon_beside_stencil(unsigned known_degree, unsigned degree, unsigned known);
-/// Lattice points: '#' known, 'x' wanted, '.' neither; '/' begins a row, '|' a layer.
+/// Lattice points: '#' known, 'x' wanted, '.' neither; '/' begins a row, '|' a layer. Error: usage, for other
+/// characters and pictures without an x.
 Result<Stencil> grid_stencil(std::string_view picture);
 /// The middle of an edge from 8 vertices, or from 10 with the two farther along the edge.
 Stencil butterfly_stencil(unsigned points);

@@ -10,8 +10,10 @@ namespace maille {
 
 namespace {
 
-// Beyond, the solver would take minutes, and no stencil of a mesh is that large.
+// With more the solver would take minutes, and no stencil of a mesh is that large. Jacobi's sweeps are cubic
+// in it. Chosen, not swept.
 constexpr size_t most_samples = 64;
+// Powers of coordinates up to the largest order stay far from what doubles lose; edges are about 1 long.
 constexpr double farthest = 100;
 
 Result<> check_position(const Stencil& stencil, const std::vector<double>& position,
@@ -21,6 +23,7 @@ Result<> check_position(const Stencil& stencil, const std::vector<double>& posit
                                          " coordinates instead of " + std::to_string(stencil.dimension));
   }
   for (const double x : position) {
+    // Refuses NaN as well.
     if (!(std::fabs(x) <= farthest)) {
       return failure(ErrorCode::usage, what +
                                            " lies too far away: edges should be about 1 long, coordinates at "
@@ -83,6 +86,7 @@ Result<Prediction> predict(const Stencil& stencil, const PredictionRule& rule) {
   Prediction prediction;
   prediction.weights =
       rule.kind == PredictionRule::Kind::spectral ? spectral_weights(stencil) : taylor_weights(stencil, rule);
+  // Asked of the weights themselves, so that it holds for every rule.
   prediction.exactness = exactness_of(stencil, prediction.weights);
   for (const double weight : prediction.weights) prediction.noise_gain += weight * weight;
   return prediction;

@@ -10,6 +10,8 @@ namespace {
 constexpr double cutoff = 1e-9;
 constexpr double equal_eigenvalues = 1e-9;
 
+/// The degree of each sample on the diagonal, -1 for each edge: x^T L x is the sum of squared differences
+/// along edges.
 Matrix laplacian(const Stencil& stencil) {
   const size_t size = stencil.known.size() + 1 + stencil.hidden.size();
   Matrix result(size, size);
@@ -33,6 +35,9 @@ Matrix part(const Matrix& a, size_t row, size_t rows, size_t column, size_t colu
 
 }  // namespace
 
+/// docs/prediction.md, "The spectral rule": the loop of taylor_weights(), with eigenvectors as rows.
+/// `weights` and `freedom` are of all unknown values together, as these are chosen together; the target is
+/// the first of them.
 std::vector<double> spectral_weights(const Stencil& stencil) {
   const size_t known = stencil.known.size();
   const size_t unknown = 1 + stencil.hidden.size();
@@ -44,6 +49,7 @@ std::vector<double> spectral_weights(const Stencil& stencil) {
     while (end < basis.values.size() && basis.values[first] - basis.values[end] < equal_eigenvalues) ++end;
     const Matrix of_known = part(basis.rows, first, end - first, 0, known);
     const Matrix of_unknown = part(basis.rows, first, end - first, known, unknown);
+    // What the known samples and the unknown ones so far have in these waves, by known sample.
     const Matrix energy = sum(product(of_unknown, weights), of_known);
     const Matrix nothing(energy.rows(), energy.columns());
     const LeastSquares solved =

@@ -18,7 +18,8 @@ constexpr std::array<Place, 3> parts[] = {
     {{{1, 0}, {1, 1}, {0, 1}}}, {{{2, 0}, {2, 1}, {1, 1}}}, {{{1, 1}, {1, 2}, {0, 2}}}};
 constexpr BlockScheme scheme = {3, parts, sqrt3_ring_weights, 3, trisected};
 
-// 9^7 small triangles of one are held in memory at a time.
+// 9^7 small triangles of one (4.8 million) are held in memory at a time; more levels begin with some in
+// memory for the whole surface.
 constexpr unsigned most_trisections = 7;
 
 Result<> write(const TriangleSurface& surface, SubdivisionOutput& output) {
@@ -46,12 +47,15 @@ Result<> check_size(const TriangleSurface& surface, unsigned levels, unsigned in
 }  // namespace
 
 Result<> subdivide_by_sqrt3(TriangleSurface surface, unsigned levels, SubdivisionOutput& output) {
+  // Two levels are a trisection, which blocks can do. An odd one, and those beyond fourteen, come first and
+  // in memory.
   unsigned in_memory = levels % 2;
   if (levels > in_memory + 2 * most_trisections) in_memory = levels - 2 * most_trisections;
   MAILLE_CHECK(check_size(surface, levels, in_memory));
   RingWeights weights(sqrt3_ring_weights);
   if (levels % 2 == 1) surface = turned(surface, weights);
   for (unsigned level = levels % 2; level < in_memory; level += 2) {
+    // The whole surface as one block without rings.
     const uint32_t all = surface.triangles();
     surface = trisected({std::move(surface), all}, weights, 0).surface;
   }

@@ -5,7 +5,7 @@ namespace maille {
 namespace {
 
 /// By half-edge, the triangle of the next level that lies along it at its origin; at the border, along all of
-/// it.
+/// it. An inner edge gives two triangles, a border edge one.
 ///
 ///     a ------- b     the edge a - b turned: m - m', and two triangles, (a, m', m) and (b, m, m')
 ///      \   m   /
@@ -64,6 +64,7 @@ class Trisector {
     if (thirds_[h] != none) return thirds_[h];
     if (surface_.opposite[h] != none) return thirds_[h] = add(predictor_.triangle_middle(along_[h]));
     thirds_[h] = add(predictor_.border_third(3 * along_[h]));
+    // Follows the first third at once, so that two_thirds() is the next number.
     add(predictor_.border_two_thirds(3 * along_[h]));
     return thirds_[h];
   }
@@ -87,6 +88,7 @@ class Trisector {
 
   /// Half-edge of the new triangles that is the k-th third of an old one.
   uint32_t part_of(uint32_t h, unsigned k) const {
+    // Half-edges of the nine triangles in the order of `parts` above, counted along each side of the old one.
     static constexpr uint8_t sides[3][3] = {{0, 3, 6}, {7, 13, 16}, {17, 11, 2}};
     return 27 * order_.numbers[h / 3] + sides[h % 3][k];
   }

@@ -12,12 +12,14 @@ namespace {
 
 using Words = std::vector<std::string>;
 
-/// One kind of stencil: how it is called, and how it is made of the words behind its name.
+/// One kind of stencil: how it is called, and how it is made of the words behind its name. The list is at the
+/// same time the help's and the parser's.
 struct Family {
   StencilFamily info;
   std::function<Result<NamedStencil>(const Words&)> make;
 };
 
+/// Between colons; an empty word stays one, and its number is refused later.
 Words split_name(const std::string& name) {
   Words words;
   size_t first = 0;
@@ -29,7 +31,8 @@ Words split_name(const std::string& name) {
   return words;
 }
 
-/// A whole number, decimal or as 0x..., within bounds.
+/// A whole number, decimal or as 0x..., within bounds. from_chars of integers does not depend on the user's
+/// language.
 Result<unsigned> number(const std::string& word, const std::string& what, unsigned lowest, unsigned highest) {
   const bool hexadecimal = word.size() > 2 && word[0] == '0' && word[1] == 'x';
   const char* first = word.data() + (hexadecimal ? 2 : 0);
@@ -65,6 +68,7 @@ Family plain(std::string name, std::string description, Stencil (*make)(), Predi
 /// Stencils of a valence.
 Family by_valence(std::string name, std::string description, Stencil (*make)(unsigned), PredictionRule rule) {
   return {{name, name + ":K", std::move(description)}, [=](const Words& words) -> Result<NamedStencil> {
+            // With centre and target these are at most 62 samples, which predict() takes.
             const unsigned valence = MAILLE_TRY(number(words[0], "K", 3, 60));
             return NamedStencil{make(valence), rule};
           }};
@@ -75,6 +79,7 @@ Family by_valence(std::string name, std::string description, Stencil (*make)(uns
 double decimal(const std::string& word) {
   const size_t point = std::min(word.find('.'), word.size());
   const std::string digits = word.substr(0, point) + (point < word.size() ? word.substr(point + 1) : "");
+  // Nine digits are exact in a double.
   if (digits.empty() || digits.size() > 9) return NAN;
   double value = 0;
   for (const char digit : digits) {
@@ -183,7 +188,8 @@ size_t count_of(const std::string& text, char wanted) {
   return count;
 }
 
-/// Whether there are as many words behind the name as its usage says; those in brackets may be missing.
+/// Whether there are as many words behind the name as its usage says; those in brackets may be missing. Each
+/// ':' of the usage is one word.
 bool fits(const Family& family, size_t words) {
   const std::string& usage = family.info.usage;
   const size_t most = count_of(usage, ':');

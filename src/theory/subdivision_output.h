@@ -10,13 +10,15 @@
 
 namespace maille {
 
+/// To be asked before anything is written: numbers of points have 32 bits. Error: usage.
 inline Result<> check_point_count(uint64_t points) {
   if (points <= max_points) return {};
   return failure(ErrorCode::usage, "the result would have " + std::to_string(points) +
                                        " points, more than a mesh can; take fewer levels");
 }
 
-/// Gathers numbers for an output, so that it is not called for each triangle.
+/// Gathers numbers for an output, so that it is not called for each triangle. flush() must be called behind
+/// the last point and at the end.
 class BufferedOutput {
  public:
   explicit BufferedOutput(SubdivisionOutput& output) : output_(output) {}
@@ -40,6 +42,7 @@ class BufferedOutput {
   }
 
  private:
+  // 16,384 points or triangles, up to 400 kB. Chosen, not swept.
   static constexpr size_t enough = 3 << 14;
   SubdivisionOutput& output_;
   std::vector<double> coordinates_;

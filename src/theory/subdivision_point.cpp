@@ -21,8 +21,8 @@ Position mean(const Position& a, const Position& b) {
 }
 
 /// Taylor prediction of order 2 at a distance from the middle of a ring of radius 1, in closed form:
-/// functions of degree 0 and 2, 1 and 2 are the ring's waves of frequency 0, 1 and 2. Of the highest
-/// frequency of an even ring there is one wave instead of two.
+/// functions of degree 0 and 2, 1 and 2 are the ring's waves of frequency 0, 1 and 2.  Of the highest
+/// frequency of an even ring there is one wave instead of two. docs/prediction.md, "What comes out".
 std::vector<double> ring_weights(unsigned valence, double radius, double angle) {
   const double square = radius * radius;
   const double first = valence == 2 ? 1 : 2;
@@ -87,6 +87,7 @@ Position PointPredictor::across(uint32_t h) const {
   return reflected(at(surface_.tip(h)), at(surface_.origin(h)), at(surface_.target(h)));
 }
 
+/// 1/2, 1/8, -1/16: Dyn, Levin and Gregory 1990.
 Position PointPredictor::butterfly(uint32_t h) const {
   Position sum{};
   for (const uint32_t side : {h, surface_.opposite[h]}) {
@@ -113,6 +114,8 @@ Position PointPredictor::edge_middle(uint32_t h) {
   const uint32_t other = surface_.opposite[h];
   // Four points of a line (Dyn, Gregory and Levin 1987): Taylor in one dimension.
   if (other == TriangleSurface::border) return along_border(h, {-1.0 / 16, 9.0 / 16, 9.0 / 16, -1.0 / 16});
+  // From the ring of an end that is not regular; of two such ends the mean (Zorin, Schroeder and Sweldens
+  // 1996). ring_ holds one at a time, so the first prediction is made before the second ring is looked for.
   const bool first = find_ring(h) && ring_.size() != 6;
   const Position from_first = first ? from_ring(h) : Position{};
   const bool second = find_ring(other) && ring_.size() != 6;
@@ -134,6 +137,7 @@ void PointPredictor::add_beyond(uint32_t h, Position& sum) const {
   add(sum, -2.0 / 81, there ? across(TriangleSurface::previous(other)) : reflected(a, b, tip));
 }
 
+/// 32/81, -1/81, -2/81: Labsik and Greiner 2000.
 Position PointPredictor::twelve_points(uint32_t h) const {
   Position sum{};
   for (unsigned i = 0; i < 3; ++i) {
@@ -156,6 +160,7 @@ Position PointPredictor::triangle_middle(uint32_t triangle) {
   return sum;
 }
 
+/// Cubic interpolation of four points of a line at a third: Lagrange's weights at 1/3 for places -1, 0, 1, 2.
 Position PointPredictor::border_third(uint32_t h) const {
   return along_border(h, {-5.0 / 81, 60.0 / 81, 30.0 / 81, -4.0 / 81});
 }

@@ -9,11 +9,12 @@ namespace maille {
 
 /// Weights of a vertex of valence K and its ring, for the middle of the edge to ring vertex 0 (modified
 /// butterfly) or of the triangle between ring vertices 0 and 1 (sqrt3): Taylor predictions of order 2 in
-/// closed form, for any K from 3 on; the centre first.
+/// closed form, for any K; the centre first, then the ring. They sum up to 1.
 std::vector<double> butterfly_ring_weights(unsigned valence);
 std::vector<double> sqrt3_ring_weights(unsigned valence);
 
-/// Weights of rings by valence, made when first asked for.
+/// Weights of rings by valence, made when first asked for; memory is that of the largest valence that was
+/// met. Not for several threads.
 class RingWeights {
  public:
   explicit RingWeights(std::vector<double> (*make)(unsigned)) : make_(make) {}

@@ -35,6 +35,8 @@ void BlockCutter::choose(uint32_t triangle) {
   chosen_.push_back(triangle);
 }
 
+/// All triangles at a point of those chosen so far, in the order in which these were chosen: the same on
+/// every machine.
 void BlockCutter::choose_ring() {
   const size_t before = chosen_.size();
   for (size_t i = 0; i < before; ++i) {
@@ -71,6 +73,7 @@ SurfaceBlock BlockCutter::cut(uint32_t first, uint32_t end, unsigned rings) {
   for (unsigned ring = 0; ring < rings; ++ring) choose_ring();
   SurfaceBlock block{chosen_surface(), end - first};
   for (const uint32_t triangle : chosen_) {
+    // Names are taken back one by one: clearing whole tables would be linear in the surface for each block.
     triangle_names_[triangle] = none;
     for (uint32_t h = 3 * triangle; h < 3 * triangle + 3; ++h) point_names_[surface_.corners[h]] = none;
   }

@@ -22,7 +22,8 @@ struct SplitOrder {
 /// The inner ones, and then those of the first ring if they are wanted.
 SplitOrder split_order(const SurfaceBlock& block, bool first_ring);
 
-/// Cuts blocks out of a surface.
+/// Cuts blocks out of a surface, which must stay. One cutter serves all blocks of a surface, one after the
+/// other.
 class BlockCutter {
  public:
   explicit BlockCutter(const TriangleSurface& surface);

@@ -9,9 +9,12 @@ namespace maille {
 
 namespace {
 
+// Of singular values, relative to the rows: far above rounding (1e-16), far below what stencils have. Chosen,
+// not swept.
 constexpr double relative_cutoff = 1e-11;
 
-/// Rows whose squared length is the expected squared error due to derivatives of one order.
+/// Rows whose squared length is the expected squared error due to derivatives of one order: with covariance L
+/// L^T and errors c in each, c^T L L^T c = |L^T c|^2.
 Matrix error_rows(const Stencil& stencil, Covariance model, unsigned order) {
   const Matrix covariance = covariance_of(model, derivatives_of_order(stencil.dimension, order));
   return product(transposed(cholesky(covariance)), taylor_rows(stencil, order));
@@ -24,7 +27,8 @@ Matrix wanted(const Matrix& rows, unsigned order) {
   return result;
 }
 
-/// All weights that are as good as one another so far: `weights` plus anything in `freedom`.
+/// All weights that are as good as one another so far: `weights` plus anything in `freedom`. At first all
+/// weights are.
 struct Candidates {
   Matrix weights;
   Matrix freedom;
@@ -77,6 +81,8 @@ Matrix taylor_rows(const Stencil& stencil, unsigned order) {
   return rows;
 }
 
+/// The flat limit of docs/prediction.md, "From smoothness to weights": each order decides in what those
+/// before left free.
 std::vector<double> taylor_weights(const Stencil& stencil, const PredictionRule& rule) {
   const size_t count = stencil.known.size();
   Candidates candidates{Matrix(count, 1), Matrix::identity(count)};
@@ -103,6 +109,7 @@ int exactness_of(const Stencil& stencil, const std::vector<double>& weights) {
         error += weights[k] * rows(i, k);
         size = std::max(size, std::fabs(rows(i, k)));
       }
+      // Relative to what is summed, as weights far from 1 carry more rounding.
       if (std::fabs(error) > 1e-9 * size * largest) return static_cast<int>(order) - 1;
     }
   }

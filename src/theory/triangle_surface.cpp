@@ -16,7 +16,8 @@ std::string edge_name(const TriangleSurface& surface, uint32_t h) {
          std::to_string(surface.target(h));
 }
 
-/// Half-edges by the smaller point of their edge: those of point v are places[v] to places[v + 1].
+/// Half-edges by the smaller point of their edge: those of point v are places[v] to places[v + 1]. Sorting by
+/// counting, which is linear.
 struct Buckets {
   explicit Buckets(const TriangleSurface& surface)
       : places(surface.points.size() + 1), members(surface.half_edges()) {
@@ -30,7 +31,8 @@ struct Buckets {
   std::vector<uint32_t> members;
 };
 
-/// Glues the half-edges around one point, sorted by their other point.
+/// Glues the half-edges around one point, sorted by their other point; among equals by number, so that errors
+/// name the same edge everywhere.
 Result<> glue_bucket(TriangleSurface& surface, std::span<uint32_t> members) {
   const auto larger = [&](uint32_t h) { return std::max(surface.origin(h), surface.target(h)); };
   std::sort(members.begin(), members.end(),

@@ -15,6 +15,8 @@ namespace maille {
 
 using Position = std::array<double, 3>;
 
+/// An oriented surface of triangles, with borders. Every edge has one or two triangles; points may be
+/// isolated. Made by triangle_surface(), which refuses everything else.
 struct TriangleSurface {
   static constexpr uint32_t border = none;
 
@@ -31,7 +33,7 @@ struct TriangleSurface {
   uint32_t tip(uint32_t h) const { return corners[previous(h)]; }
   /// The next half-edge from the same origin, counter-clockwise; border behind the last.
   uint32_t turn(uint32_t h) const { return opposite[previous(h)]; }
-  /// Each edge once: its first half-edge.
+  /// True for one half-edge of each edge: the lower one, or the only one, as `border` is above all numbers.
   bool is_first(uint32_t h) const { return opposite[h] > h; }
 };
 
