@@ -64,13 +64,13 @@ class AppendSink final : public Sink {
 Result<std::unique_ptr<Sink>> append_sink(const std::string& path, uint64_t size) {
   Descriptor file(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
   if (!file.valid()) return cannot_write(path);
-  // Two programs that append at once would write over each other. The lock goes when the file is closed,
-  // however that happens.
+  // Two programs that append at once would overwrite each other. The system releases the lock when the file
+  // is closed, even if the process crashes.
   if (::flock(file.get(), LOCK_EX | LOCK_NB) != 0) {
     return failure(ErrorCode::write_failed, "cannot write " + path + ": somebody else is appending to it");
   }
   const auto end = static_cast<off_t>(size);
-  // What stands behind `size` was left by one who was killed while appending.
+  // Bytes behind `size` were left by a program that was killed while it appended.
   if (::ftruncate(file.get(), end) != 0 || ::lseek(file.get(), end, SEEK_SET) != end)
     return cannot_write(path);
   return std::make_unique<AppendSink>(std::move(file), end, path);

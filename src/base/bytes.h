@@ -83,8 +83,8 @@ class ByteReader {
     at_ += sizeof(T);
     return value;
   }
-  /// Only the shortest spelling: one value has one spelling, so lengths follow from values, and a file that
-  /// is read and written again has the same bytes. The tenth byte has one bit of 64 left.
+  /// Reads a count, and accepts only its shortest spelling: then lengths follow from values, and a file that
+  /// is read and written again has the same bytes. The tenth byte may only hold the last of the 64 bits.
   uint64_t get_count() {
     uint64_t value = 0;
     for (unsigned shift = 0; shift < 64; shift += 7) {
@@ -118,7 +118,7 @@ class ByteReader {
   size_t remaining() const { return bytes_.size() - at_; }
 
  private:
-  /// Once false, always: reads behind a missing one would find bytes that belong elsewhere.
+  /// Once a read has failed, all later ones fail, too: they would return bytes that belong to another field.
   bool has(uint64_t size) {
     if (ok_ && size <= remaining()) return true;
     ok_ = false;

@@ -7,8 +7,8 @@
 
 namespace maille {
 
-/// So many numbers, cells or points are worth a call of an executor (chosen, not swept). Where chunks begin
-/// does not depend on threads, so results that are joined in order are the same for any number of these.
+/// How many numbers, cells or points are worth a call of an executor (chosen, not swept). Chunks begin at the
+/// same places for any number of threads, so results that are joined in order do not depend on it.
 inline constexpr size_t chunk_size = size_t{1} << 15;
 
 inline constexpr size_t chunks_of(size_t count) {

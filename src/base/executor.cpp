@@ -3,7 +3,7 @@
 namespace maille {
 namespace {
 
-/// The executor of those who pass none: the core starts no threads of its own.
+/// This executor serves callers that pass none, as the core starts no threads of its own.
 class SerialExecutor final : public Executor {
  public:
   void parallel_for(size_t count, const std::function<void(size_t)>& work) override {

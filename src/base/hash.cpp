@@ -5,7 +5,7 @@
 
 namespace maille {
 
-// XXH_INLINE_ALL compiles xxhash into this file only: no library to link, and no second copy of its symbols.
+// XXH_INLINE_ALL compiles xxhash into this file, so there is no library to link and no clash of symbols.
 uint64_t hash64(std::span<const std::byte> bytes) {
   return XXH3_64bits(bytes.data(), bytes.size());
 }

@@ -20,8 +20,8 @@ uint64_t bound_of_container() {
   return bound;
 }
 
-/// Half, as whoever decodes a mesh mostly has other things in memory, too. 128 GiB are taken for a machine
-/// that does not tell.
+/// The limit is half of the memory, because whoever decodes a mesh mostly has other things in memory, too. A
+/// machine that does not tell its memory is taken to have 128 GiB.
 uint64_t half_of_machine() {
   // What has addresses of 32 bits can use no more, and a web page cannot ask its machine.
   if constexpr (sizeof(void*) == 4) return uint64_t{2} << 30;
@@ -34,7 +34,7 @@ uint64_t half_of_machine() {
 }  // namespace
 
 uint64_t default_mesh_bytes() {
-  // Once: a limit that changed while a program runs would make the same call succeed and then fail.
+  // The limit is found once. If it changed while a program runs, the same call could succeed and then fail.
   static const uint64_t limit = half_of_machine();
   return limit;
 }

@@ -52,7 +52,7 @@ tl::unexpected<Error> not_beneath(const std::string& folder, const std::string& 
 }
 
 constexpr const char* leads_out = "it is a link that leads out of the folder; put the file itself there";
-// O_NONBLOCK: opening a pipe would wait for a writer, before fstat() can refuse it.
+// Without O_NONBLOCK, opening a pipe would wait for a writer before fstat() can refuse it.
 constexpr int opening_flags = O_RDONLY | O_CLOEXEC | O_NONBLOCK;
 
 /// What the kernel itself keeps within the folder. Not there (before Linux 5.6, in some containers, on other
@@ -63,7 +63,7 @@ int open_by_kernel([[maybe_unused]] int folder, [[maybe_unused]] const std::stri
   how.flags = opening_flags;
   how.resolve = RESOLVE_BENEATH | RESOLVE_NO_MAGICLINKS;
   const long file = ::syscall(SYS_openat2, folder, name.c_str(), &how, sizeof how);
-  // Filters of containers that do not know the call answer EPERM.
+  // Containers whose filters do not know the call answer EPERM.
   if (file >= 0 || errno != EPERM) return static_cast<int>(file);
 #endif
   errno = ENOSYS;
@@ -125,7 +125,7 @@ Result<std::vector<std::byte>> read_to_end(int fd, const std::string& name) {
   return bytes;
 }
 
-// The file that is open is asked what it is, not its name, which may be another's by now.
+// fstat() asks the file that is open; its name may belong to another file by now.
 Result<Descriptor> open_beneath(const std::string& folder, const std::string& name) {
   Descriptor file = MAILLE_TRY(open_anything_beneath(folder, name));
   struct stat info {};
@@ -138,7 +138,7 @@ Result<std::unique_ptr<Source>> file_source(const std::string& path) {
   Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (!file.valid()) return cannot_read(path);
   const uint64_t size = MAILLE_TRY(plain_size(file.get(), path));
-  // An empty file goes the way of pipes, since files below /proc claim to be empty, too.
+  // An empty file is read like a pipe, because files below /proc claim to be empty.
   if (size != 0) return plain_source(std::move(file), size, path);
   return memory_source(MAILLE_TRY(read_to_end(file.get(), path)), path);
 }

@@ -12,11 +12,11 @@
 
 namespace maille {
 
-/// 2 MiB, those of x86 and of most ARM systems. Where they are of another size the advice below is worth
-/// less, never wrong.
+/// Large pages have 2 MiB on x86 and on most ARM systems. Where they have another size, the advice below is
+/// worth less but never wrong.
 inline constexpr size_t large_page = size_t{1} << 21;
 
-/// For the pages that lie wholly in this memory: others belong to neighbours, too.
+/// Advises only for pages that lie wholly in this memory, since others contain neighbours.
 inline void advise_pages([[maybe_unused]] void* memory, [[maybe_unused]] size_t bytes,
                          [[maybe_unused]] size_t page, [[maybe_unused]] int advice) {
 #ifdef __linux__
@@ -60,7 +60,7 @@ struct ScratchAllocator : UnfilledAllocator<T> {
     using other = ScratchAllocator<U>;
   };
 #if defined(__linux__) && defined(MADV_HUGEPAGE)
-  // An eighth of a large page: below, most of it would be lost.
+  // An eighth of a large page. Smaller arrays would waste most of one.
   static constexpr size_t least_scratch = size_t{1} << 18;
   T* allocate(size_t count) {
     if (count * sizeof(T) < least_scratch) return std::allocator<T>::allocate(count);

@@ -51,7 +51,8 @@ Result<std::unique_ptr<PendingFile>> PendingFile::create(const std::string& path
   return file;
 }
 
-// The folder is kept open: names are given within it at the end, wherever chdir() or a rename of it has led.
+// The folder stays open, and the name is given within it at the end, wherever chdir() or a rename has led
+// meanwhile.
 Result<> PendingFile::open(mode_t mode, Naming naming) {
   const std::string what = path_ + ": folder " + place_.folder;
   folder_ = Descriptor(::open(place_.folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
@@ -70,7 +71,7 @@ void PendingFile::open_nameless([[maybe_unused]] mode_t mode) {
 }
 
 bool PendingFile::open_named(mode_t mode) {
-  // O_EXCL: never a file that somebody else has, so names are tried until one is free.
+  // O_EXCL never opens a file that somebody else has made, so names are tried until one is free.
   for (int attempt = 0; attempt < 100; ++attempt) {
     choose_temporary_name();
     file_ = Descriptor(
@@ -108,8 +109,8 @@ bool PendingFile::give_name() {
   return ::renameat(folder_.get(), temporary_.c_str(), folder_.get(), place_.name.c_str()) == 0;
 }
 
-// Bytes, then the name, then the folder that holds the name: after a loss of power there is either what was
-// before or the whole new file (tests/faults plays this).
+// The bytes become durable first, then the name, then the folder that holds the name. After a loss of power
+// there is either the old file or the whole new one (tests/faults plays this).
 Result<> PendingFile::commit() {
   if (committed_) return {};
   if (!sync(file_.get()) || !give_name()) return cannot_write(path_);

@@ -19,7 +19,8 @@ inline tl::unexpected<Error> cannot_write(const std::string& what) {
   return failure(ErrorCode::write_failed, "cannot write " + what + ": " + std::strerror(errno));
 }
 
-/// A file descriptor that closes itself. Moving by swap leaves the other one's for its own end.
+/// A file descriptor that closes itself. Assignment swaps, so the old descriptor is closed with the other
+/// object.
 class Descriptor {
  public:
   explicit Descriptor(int fd = -1) : fd_(fd) {}

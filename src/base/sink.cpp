@@ -47,7 +47,7 @@ class BufferedOutput {
       }
     }
     if (failed_ == 0) return {};
-    // The reason of the first failure, whatever was called since.
+    // Later calls of the system may have set errno; the first failure is the one to report.
     errno = failed_;
     return cannot_write(name_);
   }
@@ -105,7 +105,7 @@ class FileSink final : public Sink {
   BufferedOutput output_;
 };
 
-/// Without O_CREAT and O_TRUNC: the file is there, and is no regular one.
+/// Opens what exists and is no regular file, hence without O_CREAT and O_TRUNC.
 Result<std::unique_ptr<Sink>> direct_sink(const std::string& path) {
   Descriptor file(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
   if (!file.valid()) return cannot_write(path);
@@ -123,7 +123,8 @@ std::unique_ptr<Sink> memory_sink(std::vector<std::byte>& out) {
   return std::make_unique<MemorySink>(out);
 }
 
-// A new file, a file that is replaced with its permissions, or a device that is written to as it is.
+// There are three cases: a new file, a file that is replaced and keeps its permissions, and a device or pipe,
+// which is written to directly.
 Result<std::unique_ptr<Sink>> file_sink(const std::string& path) {
   struct stat info {};
   if (::stat(path.c_str(), &info) != 0) {

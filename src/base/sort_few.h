@@ -7,9 +7,8 @@
 
 namespace maille {
 
-/// For lists that nearly always have three or so, but may have any number: by insertion, without a call.
-/// Beyond 16, where insertion would take its square, by std::sort(), so that a damaged or hostile mesh takes
-/// no long time.
+/// Sorts lists that nearly always have about three numbers, but may have any number of them. Insertion needs
+/// no call; beyond 16 numbers std::sort() keeps a damaged or hostile mesh from taking quadratic time.
 inline void sort_few(std::span<uint64_t> numbers) {
   if (numbers.size() > 16) {
     std::sort(numbers.begin(), numbers.end());

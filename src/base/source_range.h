@@ -6,8 +6,8 @@
 
 namespace maille {
 
-/// Error: cannot_read, where a source does not have these bytes. Compared without a sum, which could wrap
-/// around.
+/// Error: cannot_read, if the source does not have these bytes. The comparison avoids offset + size, which
+/// could wrap around.
 inline Result<> check_range(const Source& source, uint64_t offset, uint64_t size) {
   if (offset <= source.size() && size <= source.size() - offset) return {};
   return failure(ErrorCode::cannot_read,

@@ -35,7 +35,7 @@ UnfinishedRegistration::UnfinishedRegistration(int folder, const std::string& na
     if (entry.taken.exchange(true)) continue;
     entry.folder = folder;
     entry.name[name.copy(entry.name, NAME_MAX)] = '\0';
-    // Last, so that a handler never sees half a name.
+    // This comes last, so that a signal handler never sees half of a name.
     entry.ready = true;
     entry_ = &entry;
     return;
@@ -55,7 +55,7 @@ std::string temporary_name(const std::string& name) {
   char tail[64];
   std::snprintf(tail, sizeof tail, ".%ld-%x%08llx.part", static_cast<long>(::getpid()), count++,
                 now & 0xffffffffu);
-  // Cut off where the whole would be longer than a name may be.
+  // Long names are cut off, so that the whole still fits a directory entry.
   return "." + name.substr(0, NAME_MAX - 1 - std::string_view(tail).size()) + tail;
 }
 
@@ -65,7 +65,7 @@ PathParts split_path(const std::string& path) {
   return {slash == 0 ? "/" : path.substr(0, slash), path.substr(slash + 1)};
 }
 
-// Called by signal handlers: only unlinkat(), atomics and fixed memory.
+// Signal handlers call this, so it uses unlinkat(), atomics and fixed memory only.
 void remove_unfinished_files() noexcept {
   const int saved = errno;
   for (UnfinishedFile& entry : unfinished_files) {

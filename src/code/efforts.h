@@ -17,23 +17,22 @@ struct Effort {
 
   // Surfaces.
 
-  // /// Connectivity by the polygon front, and positions, by mixing many models for each bit (docs/format.md,
-  // /// 10.5 and 14) instead of static tables over fans: a sixth smaller (median of build/data/tri and poly,
-  // 14 bits), /// decoded at a thirtieth of the speed.
+  /// Connectivity by the polygon front, and positions, by mixing many models for each bit (docs/format.md,
+  /// 10.5 and 14) instead of static tables over fans: files are a sixth smaller (median of build/data/tri and
+  /// poly, 14 bits), and are decoded at a thirtieth of the speed.
   bool mixed_surface;
-  // /// A mesh of more cells is cut into parts, so that threads have work. Each new start of mixed models
-  // costs /// 3 to 4 % of the file (measured on meshes above 400,000 cells), so these get what fits one patch
-  // in /// triangles or quads: 2^27 quads have 2^29 corners. With static tables parts cost next to nothing:
-  // dragon is 0.5 to /// 0.8 % smaller in two parts than in one, iso_mri 0.8 to 1.9 % larger
-  // (docs/history.md, 3b04fcd).
+  /// A mesh of more cells is cut into parts, so that threads have work. Each new start of mixed models costs
+  /// 3 to 4 % of the file (measured on meshes above 400,000 cells), so these get what fits one patch in
+  /// triangles or quads: 2^27 quads have 2^29 corners. With static tables parts cost little: dragon is 0.5 to
+  /// 0.8 % smaller in two parts than in one, and iso_mri 0.8 to 1.9 % larger (docs/history.md, 3b04fcd).
   uint64_t cells_per_part;
   /// Weights of positions follow the valences around a vertex, and values may come again; all connectivity
   /// must then be decoded before the positions: 3.5 % smaller in the median, 8.5 % in the mean (the same
   /// meshes), decoded at two thirds of the speed.
   bool valence_rows;
-  // /// What rows by valences must save of the lengths of residuals, and repeats of the bytes, to be used:
-  // with /// a tenth for repeats -3 decodes 1.15 times as fast for 1.4 % more bytes (9d88ba9); with 15 %
-  // cycloidal is a fifth /// larger.
+  /// What rows by valences must save of the lengths of residuals, and repeats of the bytes, to be used. With
+  /// a tenth for repeats, -3 decodes 1.15 times as fast for 1.4 % more bytes (9d88ba9); with 15 %, cycloidal
+  /// is a fifth larger.
   double least_gain_of_valences, least_gain_of_repeats;
   /// Tables of positions depend on how far predictions lie apart: 0.2 % smaller in the median, 0.5 % in the
   /// mean (the same meshes), for a tenth of the encoder's time.

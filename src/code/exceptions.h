@@ -25,7 +25,7 @@ class Exceptions {
   /// state goes to `slot`.
   template <class Coder>
   bool code(Coder& coder, bool exception, unsigned component, std::span<const uint32_t> near, uint32_t slot) {
-    // A new tuple began.
+    // Components come in rising order, so a lower one begins a new tuple.
     if (component <= component_) before_ = 0;
     component_ = component;
     exception = mask_[context_of(component, near)].code(coder, exception);
@@ -46,7 +46,7 @@ class Exceptions {
     again_before_ = again_[again_before_].code(coder, bits == known_) ? 1 : 0;
     if (again_before_ != 0) return known_;
     uint64_t read = 0;
-    // Raw, as numbers that no map holds have no distribution. In steps of 16 bits.
+    // The bits are written raw, since nothing is known about the distribution of numbers that no map holds.
     for (unsigned at = 0; at < 8 * size; at += 16) {
       const unsigned width = size == 1 ? 8 : 16;
       const auto part = static_cast<uint32_t>(bits >> at & ((1u << width) - 1));

@@ -73,9 +73,9 @@ class OnlineLeastSquares {
     gain_ *= 1.0F / 1024.0F;
   }
 
-  /// With a little added to the diagonal: a ten-thousandth of it, and a thousandth of a sample of 1, so that
-  /// features that are the same, or all 0, have a solution. Without solution the weights stay. Weights beyond
-  /// 10^4 are those of equations that say nothing.
+  /// Solves the normal equations with a little added to the diagonal, a ten-thousandth of it and a thousandth
+  /// of a sample of 1, so that features that are equal or all 0 have a solution. Without a solution, or with
+  /// weights beyond 10^4, which only equations that say nothing have, the old weights stay.
   void solve() {
     std::array<double, N * N> rows;
     std::array<double, N> x;

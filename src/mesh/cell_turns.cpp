@@ -55,7 +55,8 @@ std::vector<CellTurn> turns_of_solid(CellType type, unsigned corners) {
   const FacesOfSolid& faces = faces_of(type);
   std::vector<CellTurn> turns;
   for (unsigned onto = 0; onto < faces.count; ++onto) {
-    // Of a pyramid only the base, of a wedge only the triangles.
+    // Only faces of the same size can take the place of face 0: the base of a pyramid, the two triangles of a
+    // wedge.
     if (faces.sizes[onto] != faces.sizes[0]) continue;
     for (unsigned by = 0; by < faces.sizes[0]; ++by) turns.push_back(turned(faces, corners, onto, by));
   }

@@ -18,8 +18,8 @@ struct CellTurn {
 };
 
 /// All turns of a triangle, quad, tetrahedron, pyramid, wedge, or hexahedron, the first of which changes
-/// nothing. None for other types. Always in
-/// the same order: orders of gates keep a turn as its number (gate_order.h).
+/// nothing. Other types have none. The order never changes, as orders of gates keep a turn by its number
+/// (gate_order.h).
 std::span<const CellTurn> turns_of(CellType type);
 
 }  // namespace maille

@@ -100,7 +100,7 @@ const CellTypeInfo* find_type(CellType type) {
   return nullptr;
 }
 
-/// One cell of a block of mixed types.
+/// Checks one cell of a block of mixed types.
 Result<> check_nodes(const CellBlock& block, uint64_t cell, uint64_t nodes, const std::string& where) {
   const CellType type = block.type_of(cell);
   const CellTypeInfo* info = find_type(type);
@@ -117,7 +117,7 @@ Result<> check_nodes(const CellBlock& block, uint64_t cell, uint64_t nodes, cons
   return {};
 }
 
-/// After this, cell(i) of any cell lies within the connectivity, so that all later checks may use it.
+/// Afterwards cell(i) lies within the connectivity for every cell, so all later checks may use it.
 Result<> check_offsets(const CellBlock& block, const std::string& where) {
   const auto bad = [&](const std::string& what) {
     return failure(ErrorCode::malformed_input, where + ": " + what);
@@ -171,7 +171,8 @@ Result<> check_faces(const CellBlock& block, const std::string& where) {
       return bad("the faces of cell " + std::to_string(i) + " end before they begin or beyond the last");
     }
     const auto faces = block.faces(i);
-    // 64 bits, as sizes of 32 are anything here and their sum must not wrap around to the right one.
+    // The sum needs 64 bits: sizes are any numbers of 32 bits here, and their sum must not wrap around to the
+    // right one.
     const uint64_t corners = std::accumulate(faces.begin(), faces.end(), uint64_t{0});
     if (corners != (polyhedron ? block.cell(i).size() : 0)) {
       return bad("the faces of cell " + std::to_string(i) + " have " + std::to_string(corners) +
@@ -223,7 +224,7 @@ Result<> check_array(const Array& array, const Mesh& mesh) {
 
 }  // namespace
 
-// A table, as this is asked for each cell of mixed blocks.
+// A table, since this is asked for each cell of mixed blocks.
 unsigned nodes_of(CellType type) {
   static constexpr auto table = [] {
     std::array<uint8_t, 256> nodes{};
@@ -321,7 +322,7 @@ const Array* Mesh::find(const std::string& name, Domain domain) const {
   return nullptr;
 }
 
-// In the order in which checks rely on each other: tuples, offsets, faces, then what the numbers point to.
+// Each check relies on those before it: first tuples, then offsets, faces, and what the numbers point to.
 Result<> validate(const Mesh& mesh) {
   if (mesh.points.components != 3 || mesh.points.bytes.size() % mesh.points.tuple_size() != 0) {
     return failure(ErrorCode::malformed_input, "positions must have 3 components");

@@ -43,7 +43,7 @@ class MeshAsSource final : public MeshSource {
     out.face_sizes.clear();
     out.cell_faces.clear();
     out.offsets.assign(1, 0);
-    // Without a sum, which could wrap around.
+    // The sum of both could wrap around, so it is not formed.
     if (count > description_.cells || first > description_.cells - count)
       return failure(ErrorCode::usage, "more cells were asked for than there are");
     auto b = static_cast<size_t>(std::upper_bound(ends_.begin(), ends_.end(), first) - ends_.begin());
@@ -65,7 +65,7 @@ class MeshAsSource final : public MeshSource {
     out.offsets.push_back(out.connectivity.size());
     const bool polyhedron = block.type_of(i) == CellType::polyhedron;
     if (!polyhedron && out.cell_faces.empty()) return;
-    // With the first polyhedron of a piece the cells before it get their empty lists of faces.
+    // When the first polyhedron of a piece comes, the cells before it get empty lists of faces.
     out.cell_faces.resize(out.types.size(), out.face_sizes.size());
     if (polyhedron) out.face_sizes.insert(out.face_sizes.end(), block.faces(i).begin(), block.faces(i).end());
     out.cell_faces.push_back(out.face_sizes.size());

@@ -10,9 +10,9 @@
 namespace maille {
 
 /// Adds to each component of a tuple of codes a multiple of those before it, in some order of components.
-/// What is left of red or blue without green, of heights above tilted ground, is smaller than the components
-/// are. In integers that wrap around, so that undo() is exact for all codes. Terrain that lies askew takes 8
-/// to 15 % less at 14 bits, colours of gargo two thirds (docs/encoder.md).
+/// What is left of red or blue without green, or of heights above tilted ground, is smaller than the
+/// components are. Integers wrap around, so undo() is exact for all codes. Terrain that lies askew becomes 8
+/// to 15 % smaller at 14 bits (docs/encoder.md).
 ///
 /// A shear in lifting steps: Bruekers and van den Enden, "New networks for perfect inversion and perfect
 /// reconstruction", 1992.

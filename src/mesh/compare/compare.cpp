@@ -10,7 +10,7 @@ namespace maille {
 
 namespace {
 
-// Sentences for a person to read: half a screen.
+// A person reads these sentences; a dozen fill half a screen.
 constexpr size_t max_differences = 12;
 
 std::string describe_description(const Array& array) {
@@ -89,7 +89,8 @@ void compare_metadata(const Mesh& a, const Mesh& b, const std::vector<ArrayPair>
                         " in B");
 }
 
-/// Whether the meshes are equal in these arrays and positions, up to names of points and the order of cells.
+/// Decides whether the meshes are equal in positions and these arrays, up to the names of points and the
+/// order of cells.
 Decision decide(const Mesh& a, const Mesh& b, const std::vector<ArrayPair>& arrays, bool block_names) {
   std::vector<const Array*> of_a = {&a.points}, of_b = {&b.points};
   for (const ArrayPair& pair : arrays) {

@@ -140,7 +140,7 @@ std::string Elements::describe_cell(uint64_t number) const {
 std::string Elements::describe_values(Domain domain, uint64_t element, uint64_t count) const {
   std::string text;
   const auto& attributes = attributes_[static_cast<size_t>(domain)];
-  // More would hide the place in a wall of numbers.
+  // The values of more arrays would bury the sentence under numbers.
   if (attributes.size() > 2) return text;
   for (const Attribute& attribute : attributes) {
     if (attribute.array == &mesh_->points) continue;

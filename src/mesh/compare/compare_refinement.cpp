@@ -151,8 +151,8 @@ uint64_t Refinement::collect_entries(unsigned side, const Points& moved,
   return sum;
 }
 
-/// Rounds of splits until no class was cut. Each round looks at the cells of points that moved, and every
-/// move at least halves a class, so it ends.
+/// Splits classes in rounds until none can be split. A round looks only at the cells of points that moved,
+/// and a point moves into a class of at most half the size, so there is an end.
 bool Refinement::refine(Points (&moved)[2]) {
   while (!moved[0].empty() || !moved[1].empty()) {
     std::vector<Partition::Entry> entries[2];
@@ -223,7 +223,7 @@ std::vector<Refinement::Component> Refinement::components(unsigned side, const P
     for (const uint32_t point : component.points) marked_[side][point] = false;
   }
   for (const uint64_t cell : cells) marked_cells_[side][cell] = false;
-  // By key, of equal ones in the order of their first points, so that the search takes the same way on every
+  // Components are sorted by key, and equal ones by their first points, so the search is the same on every
   // machine.
   std::stable_sort(found.begin(), found.end(),
                    [](const Component& x, const Component& y) { return x.key < y.key; });

@@ -175,9 +175,9 @@ std::string describe_witness(const Elements& elements, const Partition::Witness&
 
 }  // namespace
 
-// From cheap to dear: points whose values are unique in both meshes are pairs at once, and in most meshes
-// these are all; then the cells around the others; then a search. Whatever the hashes say, check() compares
-// values at the end, so that "equal" never rests on a hash.
+// The work goes from cheap to expensive. Points whose values are unique in both meshes are pairs at once, and
+// in most meshes these are all points; then come the cells around the others, and at last a search. check()
+// compares all values at the end, so "equal" never rests on a hash.
 Decision find_renaming(const Elements& a, const Elements& b) {
   std::optional<Partition> partition;
   {

@@ -14,14 +14,14 @@ namespace maille {
 namespace {
 
 // Chosen, not swept. Planes that stand on a border or a seam keep it in place: with a smaller weight borders
-// shrink, with a larger
-// one more triangles are spent on them.
+// shrink, with a larger one more triangles are spent on them.
 constexpr double border_weight = 10;
 constexpr double seam_weight = 2;
 // A triangle may turn by the angle with this cosine, 78 degrees. Chosen, not swept: a stricter limit gets
 // curved surfaces stuck, a looser one lets folds through.
 constexpr double flip_limit = 0.2;
-// This only bounds the loop, together with `idle`: a level halves its triangles in a few passes.
+// This only bounds the loop, together with `idle`: a level loses three quarters of its
+// triangles in a few passes.
 constexpr unsigned most_passes = 40;
 
 enum class Kind : uint8_t { interior, border, fixed };
