@@ -22,20 +22,20 @@ constexpr int64_t bit = 1024;  // as logarithm() counts
 // numbers a sixteenth, 24, is far from the 6 (+- 2.4) that are near a multiple by chance.
 constexpr size_t most_tried = 384;
 constexpr size_t most_compared = 4096;
-// What a number must be spared, beside what is written of its details. Chosen, not swept: details take a
-// decoder one more search and some decisions for each number.
+// What a refined number must save, beside what is written of its details. Chosen, not swept: for each number
+// a decoder has to look up one code more and decode some decisions.
 constexpr int64_t least_saving = bit / 2;
 // Numbers that were computed in a few operations are so many roundings off.
 constexpr double roundings = 8;
-// Predictions are seldom better than the range of numbers over 2^this: coarser steps would only look cheap,
-// since all that predictions leave would go into details, which are not predicted.
+// Predictions are seldom better than the range of numbers over 2^this. Coarser steps would only look cheap,
+// because the rest of each residual would move into the details, which are not predicted.
 constexpr int least_levels = 15;
 
 double rounding_of(double number) {
   return std::fabs(number) * std::ldexp(1.0, -52);
 }
 
-/// At most so many, evenly spread over all of them.
+/// Picks at most `most` numbers, evenly spread over all of them.
 std::vector<double> every(const std::vector<double>& numbers, size_t most) {
   std::vector<double> few;
   const size_t stride = numbers.size() / most + 1;
@@ -43,10 +43,10 @@ std::vector<double> every(const std::vector<double>& numbers, size_t most) {
   return few;
 }
 
-/// Bits that a coarse map saves: of the codes that it spares, less what the details take. Details are priced
-/// as DetailModel codes them: their class (how many trailing zeros, how long the rest) by the entropy of
-/// classes, the sign and the bits between the first and the last as they are. The step of a coarse code,
-/// counted in exact codes, is what a residual gets shorter by.
+/// Counts the bits that a coarse map saves: those of the codes that it spares, less what the details take.
+/// Details are priced as DetailModel codes them: the class (how many trailing zeros, how long the rest is) by
+/// the entropy of all classes, the sign and the bits between the first and the last as they are. Residuals of
+/// codes get shorter by the step of a coarse code, counted in exact codes.
 class Saving {
  public:
   Saving(const std::vector<double>& numbers, const NumberMap& exact) : numbers_(numbers), exact_(exact) {
@@ -55,14 +55,14 @@ class Saving {
   }
 
   int64_t of(const NumberMap& coarse) const {
-    // The price of curves that lossless maps pay, too (lossless_map.cpp).
+    // Curved maps pay the same price as among lossless maps (lossless_map.cpp).
     int64_t saved = coarse.is_curved() && !exact_.is_curved() ? -bit / 8 * count() : 0;
     std::map<unsigned, int64_t> classes;
     for (size_t i = 0; i < numbers_.size(); ++i) {
       const int64_t code = coarse.code_of(Scalar::f64, reinterpret_cast<const std::byte*>(&numbers_[i]));
       const uint64_t base = exact_code(coarse, code);
       const uint64_t step = exact_code(coarse, code + 1) - base;
-      // The coarse map is finer than the exact one there, or codes wrapped around.
+      // Here the coarse map is finer than the exact one, or codes have wrapped around.
       if (step == 0 || step >> 63 != 0) return INT64_MIN;
       const auto detail = static_cast<int64_t>(static_cast<uint64_t>(codes_[i]) - base);
       const auto size = static_cast<uint64_t>(detail < 0 ? -detail : detail);
@@ -100,8 +100,8 @@ class DecimalFractions {
 
   /// Those that look best, and decimals that all numbers are near, as floats are that were decimals once.
   std::vector<double> find() {
-    // Powers of three come from thirds of thirds, as of repeated subdivision. The list was chosen, not swept:
-    // each further number means 154 more steps to try.
+    // Powers of three come from repeated thirds, as in subdivision. The list is chosen, not swept: each
+    // further number adds 154 steps to try.
     for (const uint32_t odd : {1u, 3u, 7u, 9u, 11u, 13u, 21u, 27u, 81u, 127u}) {
       for (unsigned places = 0; places <= 13; ++places) {
         // Ten is even, so that tenths have all halves of decimals after a while.
@@ -124,11 +124,11 @@ class DecimalFractions {
  private:
   bool is_sensible(double step) const { return step <= std::ldexp(range_, -least_levels); }
   void consider(double step) {
-    // Within 8 roundings on both sides of a multiple lies a 64th of such a step, so that a sixteenth of the
-    // numbers, which is asked for below, is not there by chance.
+    // A number lies within 8 roundings of a multiple by chance in one of 64 cases if the step has 1,024
+    // roundings. The share that is asked for below, a sixteenth, is therefore no accident.
     const double least = rounding_of(largest_) * 1024;
     if (!(step >= least) || !is_sensible(step)) return;
-    // Most steps fail at the first few numbers, which keeps all 1,540 of them cheap.
+    // Most steps fail at the first few numbers, so all 1,540 of them are cheap to try.
     const size_t first = std::min<size_t>(numbers_.size(), 48);
     size_t hits = count(step, 0, first, 0);
     if (hits * 16 < first) return;
@@ -177,8 +177,8 @@ class FloatFactor {
       const double integer = numerator(a, mantissa_of(numbers_[i + 1]));
       if (integer == 0) continue;
       const double factor = mantissa_of(a / integer);
-      // Three quarters of the first 32 numbers, and at the end seven eighths of all: a pair of numbers may
-      // give a factor by chance, but then no others follow it.
+      // Three quarters of the first 32 numbers must fit, and in the end seven eighths of all. A pair of
+      // numbers may give a factor by chance, but then the others do not follow it.
       if (hits(factor, std::min<size_t>(numbers_.size(), 32)) < 24) continue;
       const size_t found = hits(factor, numbers_.size());
       if (found <= most) continue;
@@ -213,8 +213,8 @@ class FloatFactor {
     }
     return 0;
   }
-  /// How many of the first numbers are a float times the factor, to 8 roundings. By chance one in 2^24 would
-  /// be.
+  /// Counts how many of the first numbers are a float times the factor, within 8 roundings; by chance one in
+  /// 2^24 is.
   size_t hits(double factor, size_t most) const {
     size_t hits = 0;
     for (size_t i = 0; i < most; ++i) {
@@ -279,7 +279,7 @@ class Search {
     if (const auto factor = FloatFactor(few_).find()) consider_floats(nearest_factor(*factor));
     consider_halves();
     if (!best_) return {};
-    // The saving was found on the sample.
+    // The saving was counted on the sample.
     const double share = static_cast<double>(all_.size()) / static_cast<double>(numbers_.size());
     return CoarseMap{*best_, static_cast<int64_t>(static_cast<double>(most_) * share)};
   }
@@ -289,8 +289,8 @@ class Search {
     const auto [low, high] = std::minmax_element(numbers.begin(), numbers.end());
     return *high - *low;
   }
-  /// Of those within some roundings the one that gives the most floats: the quotient that it came from was
-  /// rounded, and with a factor that is a rounding off many details are not 0.
+  /// Of the factors within three roundings, the one that saves most. The factor came from a rounded quotient,
+  /// and if it is off by one rounding, many details are not 0.
   double nearest_factor(double factor) const {
     double near = factor;
     for (int i = 0; i < 3; ++i) near = std::nextafter(near, 0.0);
@@ -312,9 +312,8 @@ class Search {
     NumberMap lattice{.kind = Kind::lattice};
     lattice.step = std::ldexp(factor, lowest_bit(floats));
     if (lattice.step > range_ * std::ldexp(1.0, -40)) consider(lattice);
-    // So are decimals; which power of two belongs to the factor is not known.
-    // FloatFactor finds the factor up to a power of two. Four decimal digits of difference either way,
-    // chosen, not swept: decimals_times() refuses most of these at once, on the sample.
+    // FloatFactor finds the factor up to a power of two, so others are tried for 2^14 in both directions.
+    // Chosen, not swept: decimals_times() refuses most of them at once, on the sample.
     constexpr int most_doublings = 14;
     for (int i = -most_doublings; i <= most_doublings; ++i) consider_decimals(std::ldexp(factor, i));
   }
@@ -326,7 +325,7 @@ class Search {
   void consider_halves() {
     int highest;
     (void)std::frexp(range_, &highest);
-    // Finer than 48 bits below the range, a double within it has at most five bits left for details.
+    // Below 2^-48 of the range, a double in it has at most five bits left for details.
     for (int32_t exponent = highest - 48; exponent <= highest - least_levels; ++exponent) {
       if (exponent > -1000) consider({.kind = Kind::binary, .exponent = exponent});
     }

@@ -41,7 +41,7 @@ auto with_numbers(const Array& array, Function with) {
   return with(array.values<double>());
 }
 
-/// From the least code to the largest one.
+/// The least and the largest code.
 struct Range {
   int64_t low = std::numeric_limits<int64_t>::max();
   int64_t high = std::numeric_limits<int64_t>::min();
@@ -52,7 +52,7 @@ struct Range {
   double width() const { return low > high ? 0 : static_cast<double>(high) - static_cast<double>(low); }
 };
 
-/// Over finite numbers, by component; 0 to 0 for components without any.
+/// The least and the largest finite number of each component; 0 and 0 if there are none.
 struct Bounds {
   std::vector<double> low;
   std::vector<double> high;
@@ -176,7 +176,7 @@ bool measure(const Array& array, const Allowed& allowed, Executor& executor, Arr
     maps.maximum_error = std::max(maps.maximum_error, chunk.error);
     maps.exceptions.insert(maps.exceptions.end(), chunk.exceptions.begin(), chunk.exceptions.end());
   }
-  // Chunks have fixed ends, and their sums are added in order, so this does not depend on threads.
+  // Chunks have fixed ends and their sums are added in order, so the result does not depend on threads.
   return !(squares > allowed.mean_square * static_cast<double>(count));
 }
 
@@ -203,8 +203,8 @@ double relative_step(const Array& array, double largest) {
   (void)std::frexp(largest, &exponent);
   int32_t index = 16 * exponent;
   while (sixteenth_of_octave(index) > largest) --index;
-  // The box may have moved across a border of the grid: a neighbour on which all numbers lie is the step they
-  // were decoded with.
+  // The box may have moved across a border of the grid. If all numbers lie on the lattice of a neighbour,
+  // they were decoded from it.
   for (const int32_t i : {index, index - 1, index + 1}) {
     const double step = sixteenth_of_octave(i);
     if (lies_on(array,
@@ -227,7 +227,7 @@ double step_to_the_end(const Array& array, const Bounds& bounds, double steps) {
   const double exact = (high - low) / steps;
   double above = exact;
   double below = exact;
-  // The quotient and the product are rounded once each, so the step wanted is a few neighbours away at most.
+  // The quotient and the product are rounded once each, so the wanted step is at most a few neighbours away.
   for (int i = 0; i < 4; ++i) {
     for (const double step : {above, below}) {
       const double end = low + steps * step;
@@ -291,9 +291,9 @@ double least_lossless_volume(const Array& array, Executor& executor) {
   return volume;
 }
 
-/// 10^(-decibels / 20): the factors of 1/20 by squaring, as pow() is not the same everywhere. The first loop
-/// ends as the amplitude becomes 0 after some 650 rounds; forty halvings of 10 decibels leave less than
-/// 10^-11 of one.
+/// 10^(-decibels / 20). The factors of 1/20 come from square roots, since pow() differs among machines. The
+/// first loop ends at the latest when the amplitude becomes 0, after some 650 rounds; forty halvings of 10
+/// decibels leave less than 10^-11 of one.
 double amplitude_of(double decibels) {
   double amplitude = 1;
   double root = 0.31622776601683794;  // 10 decibels
@@ -416,9 +416,9 @@ void set_coarsest(const Array& array, const Bounds& bounds, const Tolerance& tol
   }
 }
 
-/// A lattice that keeps a bound. False: none does, or none pays. First each of the lattices below is asked
-/// whether all numbers lie on it already (then they were decoded from it, and encoding them again gives the
-/// same file), then each whether it keeps the bound.
+/// Finds a lattice that keeps a bound; false if none does or none pays. The first round looks for a lattice
+/// on which all numbers lie already: they were decoded from it, and encoding them again must give the same
+/// file. The second round takes the first lattice that keeps the bound.
 bool find_lattice(const Array& array, const Tolerance& tolerance, const Allowed& allowed, bool again,
                   Executor& executor, ArrayMaps& maps) {
   const Bounds bounds = bounds_of(array);
@@ -427,8 +427,8 @@ bool find_lattice(const Array& array, const Tolerance& tolerance, const Allowed&
   const double coarsest = maps.step;
   const bool as_allowed = tolerance.kind == Tolerance::Kind::relative && !again;
   maps.bound = as_allowed ? allowed.error : promised_error(array, bounds, tolerance, coarsest);
-  // Rounding to the type can push a number over the bound; a slightly finer lattice makes up for it. A fixed
-  // list, so that a mesh that was decoded meets the step it was encoded with.
+  // Rounding to the type can push a number over the bound; a slightly finer lattice makes up for it. The list
+  // is fixed, so a decoded mesh meets the step that it was encoded with.
   for (const bool decoded_before : {true, false}) {
     for (const double finer : {1.0, 0.999, 0.99, 0.9, 0.75, 0.5}) {
       set_step(maps, coarsest * finer);
@@ -466,7 +466,7 @@ double logarithmic_step(Scalar type, double part) {
   const double rounding =
       type == Scalar::f32 ? std::numeric_limits<float>::epsilon() : std::numeric_limits<double>::epsilon();
   if (!is_float(type) || !(part > 2 * rounding)) return 0;
-  // The decoded number is rounded to its type, which may take as much as this of the bound.
+  // The decoded number is rounded to its type, which uses up this part of the bound.
   part -= rounding;
   constexpr int places = 256;
   double least = std::numeric_limits<double>::infinity();
@@ -495,7 +495,7 @@ bool find_logarithms(const Array& array, const Allowed& allowed, Executor& execu
   if (step == 0) return false;
   for (const double least : least_sizes(array)) {
     NumberMap& map = maps.maps.emplace_back(NumberMap{.kind = NumberMap::Kind::logarithm});
-    // The least number gets code 1, as 0 is zero's.
+    // The least number has code 1, since 0 is the code of zero.
     if (std::isfinite(least)) map.origin = std::floor(FixedLog::of(least) / step + 0.5) - 1;
   }
   set_step(maps, step);
@@ -508,9 +508,9 @@ bool may_be_octahedral(const Tolerance& tolerance) {
   return tolerance.kind == Kind::absolute || tolerance.kind == Kind::relative || tolerance.kind == Kind::bits;
 }
 
-/// The one way to maps: octahedral ones first, for normals; then a lattice or logarithms; lossless maps where
-/// none of these keeps the bound or none is smaller. `again`: numbers that were decoded give the same maps
-/// again.
+/// Chooses octahedral maps for normals if these keep the bound, otherwise a lattice or logarithms, and
+/// lossless maps if none of these keeps the bound or is smaller. `again`: numbers that were decoded give the
+/// same maps again.
 Result<ArrayMaps> find_maps(const Array& array, const Tolerance& tolerance, bool are_positions, bool again,
                             Executor& executor) {
   using Kind = Tolerance::Kind;
@@ -539,7 +539,7 @@ std::optional<NumberMap> logarithm_of_any(Scalar type, double part) {
   NumberMap map{.kind = NumberMap::Kind::logarithm};
   map.step = logarithmic_step(type, part);
   if (map.step == 0) return std::nullopt;
-  // That of the smallest denormal number, so that every number but zero has a positive code.
+  // The exponent of the smallest denormal number, so that every number but zero has a positive code.
   const double least_exponent = type == Scalar::f32 ? -149 : -1074;
   map.origin = std::floor(least_exponent / map.step) - 1;
   return map;

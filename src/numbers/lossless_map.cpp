@@ -15,16 +15,16 @@ using Kind = NumberMap::Kind;
 // Codes of floats in steps stay below this, so that they are exact as doubles and fit their integer.
 template <class Number>
 constexpr double largest_code = sizeof(Number) == 4 ? 2147483647.0 : 4503599627370496.0;
-// Numbers that say how many digits others have. Only where the search begins: a number outside of the sample
-// that needs more digits raises them afterwards.
+// How many numbers tell how many digits the others have. The sample only says where the search begins:
+// another number that needs more digits raises them.
 constexpr size_t sample_size = 512;
 // Maps are compared by the logarithms of their steps, in 1/1024 octaves; log2(10) is 3.3219, or 3402 of
 // these.
 constexpr int64_t octave = 1024;
 constexpr int64_t octaves_of_ten = 3402;
-// Codes in steps are faster to predict, and more exactly: others must save an eighth of a bit each. Chosen,
-// not swept: a higher price gives up bits of every number printed with significant digits, a lower one
-// predicts more arrays through value_of() and nearest_code().
+// Codes in steps are predicted faster and more exactly, so curved maps must save an eighth of a bit for each
+// number. Chosen, not swept: a higher price wastes bits of numbers that were printed with significant digits,
+// and with a lower one more arrays are predicted by way of value_of() and nearest_code().
 constexpr int64_t price_of_curves = octave / 8;
 
 /// The numbers of one component.
@@ -63,7 +63,7 @@ Digits find_digits(const Column<Number>& column) {
     digits.bits = std::max(digits.bits, 53 - zeros);
     digits.highest_bit = std::max(digits.highest_bit, exponent);
   }
-  // There are zeros only.
+  // All numbers are zero.
   if (digits.lowest_bit > digits.highest_bit) digits.lowest_bit = digits.highest_bit = 0;
   return digits;
 }
@@ -214,7 +214,7 @@ NumberMap choose_float_map(const Column<Number>& column) {
   int64_t most = coarseness(column, best, digits);
   const auto consider = [&](const NumberMap& map) {
     const int64_t coarse = coarseness(column, map, digits);
-    // At least as good, so of equal ones the last: decimals and binary steps are tried after digits.
+    // Of equal maps the last one wins: decimals and binary steps are tried after digits, and are faster.
     if (coarse < most) return;
     best = map;
     most = coarse;
@@ -228,8 +228,8 @@ NumberMap choose_float_map(const Column<Number>& column) {
   const auto decimals = find_decimal_digits(column);
   if (decimals) consider(*decimals);
   constexpr int32_t most_decimals = 15;
-  // A number with decimal digits ends at the digit worth 10^exponent, so only that many places can fit.
-  // Fifteen is where doubles end: 10^15 is near 2^50.
+  // Numbers with decimal digits end at the digit worth 10^exponent, so only that many places can fit. The
+  // format has at most fifteen places.
   const int32_t first = decimals ? std::clamp(-decimals->exponent, 0, most_decimals) : 0;
   for (int32_t places = first; places <= (decimals ? first : most_decimals); ++places) {
     const NumberMap decimal{.kind = Kind::decimal, .exponent = places};

@@ -114,7 +114,7 @@ double sixteenth_of_octave(int32_t index) {
                                        1.7562521603732995,
                                        1.8340080864093424,
                                        1.9152065613971474};
-  // Rounded down for negative ones, too.
+  // The quotient is rounded down, for negative numbers, too.
   const int32_t octave = index >= 0 ? index / 16 : -((15 - index) / 16);
   return steps[index - 16 * octave] * power_of_two(octave);
 }
@@ -156,8 +156,8 @@ int64_t code_with_factor(const NumberMap& map, double number) {
   return without_factor(map).code_of(Scalar::f32, reinterpret_cast<const std::byte*>(&floated));
 }
 
-/// `code` is counted from the least number on, on both sides of zero. Logarithms are bounded by 2000 before
-/// FixedLog, which is made for no more; beyond 1024 and below -1074 all are infinite or zero anyway.
+/// Codes count from the least number on, on both sides of zero. FixedLog takes logarithms up to 2000; beyond
+/// 1024 and below -1074 numbers are infinite or zero anyway.
 double number_of_logarithm(const NumberMap& map, double code) {
   if (code == 0) return 0;
   const double log = (map.origin + std::fabs(code)) * map.step;

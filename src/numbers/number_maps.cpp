@@ -152,7 +152,7 @@ Result<> read_table(ByteReader& in, Scalar type, uint64_t most, NumberMap& map) 
   const auto corrupt = [] { return failure(ErrorCode::corrupt, "an array has a damaged table of numbers"); };
   const uint64_t count = in.get_count();
   const Bytes gaps = in.get_bytes(in.get_count());
-  // Refuses absurd counts at once. What bounds the memory is read_codes(), which grows as numbers come.
+  // This refuses absurd counts at once. read_codes() bounds the memory, as its lists grow while numbers come.
   if (!in.ok() || count == 0 || count > most || count / 16384 > gaps.size() + 16) return corrupt();
   const std::vector<int64_t> codes = read_codes(map, count, gaps);
   if (codes.empty()) return corrupt();
@@ -267,12 +267,13 @@ int64_t logarithm(uint64_t x) {
 namespace {
 
 /// How many fewer bits (in 1/1024) ranks in a table take than codes, with the table. `codes` are those of all
-/// numbers, in order. `price`: what must be saved for each of them. A residual among ranks instead of codes
-/// is shorter by the logarithm of the gaps around the number, here of their mean. Each different number costs
-/// the gap to the next one, written once, and the table 64 bits for its head.
+/// numbers, in order. `price`: what must be saved for each of them. A residual among ranks is shorter than
+/// one among codes by the logarithm of the gap around the number, for which the mean of both gaps stands.
+/// Each different number costs the gap to the next one, which is written once, and the table costs 64 bits
+/// for its head.
 int64_t saving_of_table(std::span<const int64_t> codes, int64_t price) {
-  // One and a half bits: about what TableModel takes for the length of a gap, beside its raw bits, and for
-  // the side. Estimated, not fitted: a larger one makes fewer tables.
+  // One and a half bits are about what TableModel takes for the length and the side of a gap, beside its raw
+  // bits. This is an estimate, not a fit; a larger figure makes fewer tables.
   constexpr int64_t bits_of_gap = 1536;  // beyond the gap's logarithm
   const auto gap = [](int64_t low, int64_t high) {
     return static_cast<uint64_t>(high) - static_cast<uint64_t>(low);
@@ -305,9 +306,8 @@ std::vector<double> make_table(const Array& array, const NumberMap& map, uint32_
     codes.push_back(map.code_of(array.type, number));
   }
   std::sort(codes.begin(), codes.end());
-  // Codes in steps are faster to predict, and more exactly: half a bit for each number must be saved there, a
-  // sixteenth where the map is curved anyway. Chosen, not swept (9f6e31f: "tables only where they save
-  // more").
+  // Codes in steps are predicted faster and more exactly, so a table must save half a bit for each number
+  // there, and a sixteenth where the map is curved anyway. Chosen, not swept (9f6e31f).
   saving = saving_of_table(codes, map.is_curved() ? 64 : 512);
   if (saving <= 0) return {};
   codes.erase(std::unique(codes.begin(), codes.end()), codes.end());

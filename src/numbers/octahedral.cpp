@@ -158,8 +158,8 @@ std::optional<OctahedralChoice> choose_octahedral_map(const Array& array, const 
   const bool bounded = tolerance.kind != Tolerance::Kind::bits;
   const double bound =
       tolerance.kind == Tolerance::Kind::relative ? tolerance.value * widest_range(array) : tolerance.value;
-  // Lengths may differ from 1 by 5e-5, which decoding does not give back: such arrays may break a finer
-  // bound, and are then coded by a lattice.
+  // Lengths may differ from 1 by 5e-5, which decoding does not restore. An array that breaks a finer bound in
+  // this way is coded by a lattice.
   if (bounded && choice.maximum_error > bound) return std::nullopt;
   return choice;
 }

@@ -16,8 +16,8 @@ namespace {
 
 // Models of one component take 400 KB: a damaged file must not ask for thousands.
 constexpr size_t most_components = 16;
-// As much as a table must save more of maps that are not curved, in 1/1024 bits: the difference of both
-// prices in make_table().
+// Refining a map that is not curved spares the price that a table has to pay there: this is the difference of
+// the two prices in make_table(), in 1/1024 bits.
 constexpr int64_t bits_of_steps = 448;
 
 /// The exact code from which details count.
@@ -102,7 +102,7 @@ class DetailModel {
   BitModel same_[2];
   BitModel zero_[4][8];
   BitModel sign_;
-  // By the zeros of the detail before: those of one kind of computation come in runs.
+  // Chosen by the zeros of the detail before, since numbers from one kind of computation come in runs.
   std::array<Tree, 64> zero_bits_;
   std::array<Tree, 8> length_;
   std::array<BitModel, 65> second_;

@@ -30,8 +30,8 @@ class Shear {
   Shear(std::span<const uint8_t> order, const std::array<std::array<int32_t, 4>, 4>& weights);
 
   bool any() const { return components_ > 0; }
-  /// Whichever integers a decoder keeps codes in: what it has of 32 bits are those of the sum in 64. From the
-  /// last component to the first, so that each step sees those before it as undo(), which goes the other way,
+  /// Works on codes of any width: the low 32 bits of sums in 64 bits are those of sums in 32. It goes from
+  /// the last component to the first, so that each step uses components as undo(), which goes the other way,
   /// will have them.
   template <class Code>
   void apply(Code* codes) const {
