@@ -27,6 +27,7 @@ CellMerger::CellMerger(const MeshDescription& mesh, MeshSink& sink, bool numbere
   block_end_ = mesh.blocks.empty() ? 0 : mesh.blocks[0].cells;
 }
 
+// Lists have no share of memory: a group is what they wait for.
 Result<CellMerger> CellMerger::create(const MeshDescription& mesh, MeshSink& sink, size_t pieces,
                                       bool numbered, const std::string& folder) {
   ScratchLists lists = MAILLE_TRY(ScratchLists::create(folder, pieces, 0));
@@ -74,6 +75,7 @@ Result<> CellMerger::advance(size_t piece) {
   return {};
 }
 
+// Without numbers cells go by block, then by piece: the order in which a decoder in memory has them.
 CellMerger::Next CellMerger::next_of(size_t piece) const {
   const PackedCell& cell = *cursors_[piece].cell;
   return {numbered_ ? cell.number : cell.block, piece};

@@ -91,10 +91,12 @@ std::vector<Mean> means_of(const Array& array, const Mesh& piece, std::span<cons
                    [&](auto zero) { return means_by<decltype(zero)>(array, piece, group_of, groups); });
 }
 
+// Labels have no mean; arrays with one range for many components have no range for each.
 bool is_coarse(Role role, size_t components, size_t ranges) {
   return role != Role::label && ranges == components;
 }
 
+// Bytes of a coarse number are worth a float at most.
 Array floats_like(const StreamArray& array, uint64_t count) {
   Array floats = make_array(array.name, array.domain, Scalar::f32, array.components, array.role);
   floats.resize(count);
@@ -107,6 +109,7 @@ uint64_t cells_of_coarse_point(uint64_t cells) {
   return std::max(least_group, cells / most_points);
 }
 
+// Without a box there is nothing that places could be told in.
 void add_coarse_points(const Mesh& piece, uint64_t group, PieceRecord& record) {
   if (piece.cell_count() == 0 || record.low[0] > record.high[0]) return;
   size_t groups = 0;

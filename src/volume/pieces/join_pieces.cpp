@@ -187,6 +187,7 @@ class PieceJoiner {
     return numbers;
   }
 
+  // Labels are those of the file; pieces have them, too, but are not asked.
   static Array empty_like(const StreamArray& described) {
     Array array =
         make_array(described.name, described.domain, described.type, described.components, described.role);
@@ -272,6 +273,7 @@ class PieceJoiner {
   }
 
   template <class ArrayOf>
+  // Block after block, as the cells of the mesh are numbered.
   void take_cells(Array& to, ArrayOf array_of) const {
     uint64_t count = 0;
     for (const std::vector<CellPlace>& cells : cells_) count += cells.size();
@@ -289,6 +291,7 @@ class PieceJoiner {
     }
   }
 
+  // Pieces have the arrays that were asked for, in the order of the file.
   void take_arrays(Mesh& mesh) const {
     const StreamDescription& description = reader_.header().description;
     size_t next = 0;

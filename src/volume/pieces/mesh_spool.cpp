@@ -66,6 +66,7 @@ class SpooledMesh final : public MeshSource {
     description_.blocks.push_back({std::move(name), type, 0});
   }
 
+  // Types and nodes are checked by those who read the mesh in the end (SourcePieces::load()).
   Result<> add_cell(CellType type, std::span<const uint64_t> nodes, std::span<const uint32_t> faces) {
     if (description_.blocks.empty()) begin_block({}, CellType::mixed);
     packer_.pack(description_.cells, static_cast<uint32_t>(description_.blocks.size() - 1),
@@ -74,6 +75,7 @@ class SpooledMesh final : public MeshSource {
     description_.corners += nodes.size();
     return ++description_.cells % cells_of_group == 0 ? end_group() : Result<>();
   }
+  // Values of cells come in the order of the cells, so they are appended.
   Result<> add_values(uint64_t cells, std::span<const Bytes> arrays) {
     size_t next = 0;
     MAILLE_CHECK(check(arrays.size() == count_of(Domain::cell)));
@@ -118,6 +120,7 @@ class SpooledMesh final : public MeshSource {
     return static_cast<size_t>(std::count_if(description_.arrays.begin(), description_.arrays.end(),
                                              [&](const Array& array) { return array.domain == domain; }));
   }
+  // A packer begins anew with each group, so that groups can be read alone.
   Result<> end_group() {
     begins_.push_back(cells_.size());
     const std::vector<std::byte> bytes = out_.take();
@@ -144,6 +147,7 @@ class SpooledMesh final : public MeshSource {
     }
     return {};
   }
+  // Faces are noted for all cells from the first polyhedron on.
   static void append(const PackedCell& cell, CellPiece& out) {
     out.types.push_back(cell.type);
     out.connectivity.insert(out.connectivity.end(), cell.nodes.begin(), cell.nodes.end());

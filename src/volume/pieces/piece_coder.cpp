@@ -22,12 +22,13 @@ Result<Array> decoded_points(Bytes file, std::vector<Place>& places) {
   return std::move(decoded.points);
 }
 
-/// Of array i; 0: positions.
+/// Of array i; 0: positions. Maps by logarithm have bounds relative to each number.
 PieceBound bound_of(const ArrayMapsList& maps, size_t i) {
   const bool by_size = !maps.maps[i].empty() && maps.maps[i][0].kind == NumberMap::Kind::logarithm;
   return {maps.bounds[i], by_size};
 }
 
+// What the index says of a piece before it is coded.
 void describe(const ArrayMapsList& maps, const Mesh& sub, PieceRecord& record) {
   record.cells = sub.cell_count();
   record.points = sub.point_count();
@@ -44,6 +45,7 @@ void blank_numbers(const std::vector<NumberedArray>& numbered, Mesh& sub) {
   }
 }
 
+// Bytes add up; how an array is coded is the same in all pieces.
 void add(const ArrayReport& piece, ArrayReport& all) {
   all.coded_bytes += piece.coded_bytes;
   all.lossless = piece.lossless;
@@ -65,6 +67,8 @@ void set_numbered(const std::vector<NumberedArray>& found, ArrayMapsList& maps) 
   set_maps_of_zeros(maps);
 }
 
+// Pieces stand in another order than the input's: the file says "any order", and "order apart" if GIDS give
+// it back.
 StreamHeader header_of(const PieceCoding& coding) {
   StreamHeader header;
   header.description.positions = coding.stream.positions;
@@ -88,6 +92,7 @@ Result<PieceInWork> code_piece(const PieceCoding& coding, SubMesh sub, std::vect
   options.progress = nullptr;
   StreamOptions stream = coding.stream;
   stream.executor = nullptr;
+  // All that the whole file says once is left out of its pieces.
   stream.mesh_arrays.clear();
   stream.metadata.clear();
   stream.provenance.clear();
@@ -150,6 +155,7 @@ Result<FileWriter> begin_file(Sink& sink, const PieceCoding& coding) {
   return file;
 }
 
+// A page of 4,096 lines can be read and checked by itself.
 Result<> write_index(FileWriter& file, const std::vector<PieceRecord>& records) {
   for (size_t first = 0; first < records.size(); first += pieces_per_page) {
     const auto count = static_cast<ptrdiff_t>(std::min<size_t>(pieces_per_page, records.size() - first));
@@ -203,6 +209,7 @@ void unsign_zeros(StreamTail& tail) {
   }
 }
 
+// As TAIL has them: positions first, arrays of the mesh left out.
 std::vector<double> errors_of(const EncodeReport& report) {
   std::vector<double> errors = {report.positions.maximum_error};
   bool exact = report.positions.lossless;

@@ -17,6 +17,7 @@ namespace maille {
 namespace {
 
 template <class Visitor, class Field>
+// Fields of the index in their order, for reader and writer; docs/format.md, 16.14, PIDX.
 void visit_field(Visitor& v, Field& field) {
   v.list(field.components, [&](auto& component) {
     v.fixed(component.low);
@@ -104,6 +105,7 @@ std::vector<double> means_of(const Array& array, size_t means) {
 }
 
 template <class T>
+// By number type outside of the loop, which runs over all points of a piece.
 void find_finite_range(Bytes positions, std::array<double, 3>& low, std::array<double, 3>& high) {
   for (size_t at = 0; at < positions.size(); at += 3 * sizeof(T)) {
     for (size_t k = 0; k < 3; ++k) {
@@ -115,12 +117,15 @@ void find_finite_range(Bytes positions, std::array<double, 3>& low, std::array<d
   }
 }
 
+// How far a decoded number may be from `number`. With bounds by size the ends of a range are the ones that
+// can move farthest outwards.
 double away(PieceBound bound, double number) {
   return bound.by_size ? bound.bound * std::abs(number) : bound.bound;
 }
 
 }  // namespace
 
+// The file comes last and has no length: it goes to the end of the chunk.
 std::vector<std::byte> encode_piece(const CodedPiece& piece) {
   ByteWriter out;
   out.put_count(piece.blocks.size());
@@ -170,6 +175,7 @@ Result<std::vector<std::vector<PieceField>>> decode_step_index(Bytes bytes) {
   return decode_page<std::vector<PieceField>>(bytes, [](auto& v, auto& piece) { visit_fields(v, piece); });
 }
 
+// One coder for both lists, with fresh models for the second.
 std::vector<std::byte> encode_numbers(const PieceNumbers& numbers) {
   RansEncoder coder;
   encode_rising(coder, numbers.cells);
@@ -197,6 +203,7 @@ PieceField describe_field(const Array& array, PieceBound bound) {
   for (size_t c = 0; c < range.components.size(); ++c) {
     PieceField::Component& component = field.components.emplace_back();
     const ValueRange::Component& found = range.components[c];
+    // No number: low > high says so.
     if (!found.any) continue;
     component.low = below(found.low - away(bound, found.low));
     component.high = above(found.high + away(bound, found.high));

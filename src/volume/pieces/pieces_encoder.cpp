@@ -49,6 +49,7 @@ class PiecesEncoder {
     return {};
   }
 
+  // The list of cells is given away: it is needed no more, and may be large.
   Result<> code(size_t number) {
     SubMesh sub = take_cells(mesh_, cells_[number]);
     pieces_[number] = MAILLE_TRY(code_piece(coding_, std::move(sub), std::move(cells_[number])));
@@ -93,6 +94,7 @@ class PiecesEncoder {
     });
   }
 
+  // Ranges are those of the mesh, in which each point is there once.
   StreamTail tail(const EncodeReport& report) const {
     StreamTail tail;
     tail.points = mesh_.point_count();

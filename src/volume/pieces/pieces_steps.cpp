@@ -24,6 +24,8 @@ class PieceValues final : public StepSource {
   const std::vector<Array>& arrays_;
 };
 
+// Appends one step to a file in pieces: pieces side by side, in order, then the index of the step and the
+// step itself.
 class PiecesStepWriter {
  public:
   PiecesStepWriter(const PieceReader& reader, StepHeader& step, uint64_t number, StepSource& values,
@@ -73,6 +75,7 @@ class PiecesStepWriter {
     return piece;
   }
 
+  // In the order of pieces, so that the file does not depend on threads.
   Result<> take(uint32_t number, const CodedStepOfPiece& coded) {
     MAILLE_CHECK(writer_.write_stream(key_of_step(number_, number), coded.bytes));
     for (size_t i = 0; i < step_.arrays.size(); ++i) {
@@ -109,6 +112,7 @@ Result<CodedStepOfPiece> code_step_of_piece(const StepOfPiece& piece, StepHeader
   CodedStepOfPiece coded;
   std::vector<Array> arrays = piece.arrays;
   for (size_t i = 0; i < arrays.size(); ++i) {
+    // The index must hold for decoded values, hence the bound.
     const bool by_size = !step.maps[i].empty() && step.maps[i][0].kind == NumberMap::Kind::logarithm;
     coded.fields.push_back(describe_field(arrays[i], {step.bounds[i], by_size}));
     // Numbers of the mesh, which the piece has zeros for, too.
@@ -120,6 +124,7 @@ Result<CodedStepOfPiece> code_step_of_piece(const StepOfPiece& piece, StepHeader
   step.codings.assign(step.arrays.size(), {});
   step.metadata.reset();
   StepOptions own = options;
+  // Threads are at the pieces already.
   own.executor = nullptr;
   PieceValues values(arrays);
   const auto source = memory_source(Bytes(piece.stream));
@@ -146,6 +151,7 @@ Result<StepReport> append_to_pieces(const std::string& path, const Source& sourc
   if (number > UINT32_MAX) return failure(ErrorCode::unsupported, "more steps than a file can hold");
   DecodeOptions reading;
   reading.limits = options.limits;
+  // The index of the mesh tells how many points and cells each piece has.
   const PieceReader reader = MAILLE_TRY(PieceReader::open(source, reading));
   const std::unique_ptr<Sink> sink = MAILLE_TRY(append_sink(path, file.end()));
   PiecesStepWriter writer(reader, step, number, values, options,

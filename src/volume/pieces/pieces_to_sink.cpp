@@ -40,6 +40,7 @@ class PiecesFeeder {
         numbers_(options.limits.mesh_bytes / 2),
         shared_(reader.pieces()) {}
 
+  // A file is needed only where pieces do not come in the order of the mesh.
   Result<> begin(const WorkingSpace& space) {
     const auto filled = std::count_if(mesh_.blocks.begin(), mesh_.blocks.end(),
                                       [](const MeshDescription::Block& block) { return block.cells > 0; });
@@ -49,6 +50,7 @@ class PiecesFeeder {
     return {};
   }
 
+  // Values before cells, as some formats have these within the cells.
   Result<> add(uint32_t number, const DecodedPiece& piece) {
     MAILLE_CHECK(reader_.hold_against_index(number, piece));
     if (kept_) {
@@ -68,6 +70,7 @@ class PiecesFeeder {
   }
 
   Result<> finish() {
+    // Counts tell what no piece alone can: that one is missing or there twice.
     const bool whole = merger_ ? MAILLE_TRY(merger_->merge()) : next_cell_ == mesh_.cells;
     if (!whole || points_ != mesh_.points)
       return failure(ErrorCode::corrupt,
@@ -138,6 +141,7 @@ class PiecesFeeder {
     }
     return {};
   }
+  // The points of a cell by their numbers in the mesh; valid until the next call.
   std::span<const uint64_t> nodes_of_cell(const CellBlock& block, uint64_t i) {
     nodes_.clear();
     for (const uint32_t point : block.cell(i)) nodes_.push_back(point_numbers_[point]);

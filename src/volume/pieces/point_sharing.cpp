@@ -9,7 +9,8 @@
 namespace maille {
 namespace {
 
-/// A shared point, on the way to those in the same place.
+/// A shared point, on the way to those in the same place. It is written to a file as it is, and read by the
+/// same process.
 struct PlacedPoint {
   Place place;
   uint64_t number;
@@ -116,6 +117,7 @@ Result<PointSharing> PointSharing::find(ScratchLists& points, uint64_t count, co
   RisingWriter unused(found.unused_, 0, many);
   PointRange range(std::min(step, count));
   for (uint64_t begin = 0; begin < count; begin += step) {
+    // Twice over the lists for each range: what is shared is known only when all were seen.
     const uint64_t end = std::min(begin + step, count);
     range.begin(begin);
     MAILLE_CHECK(first.visit_below(end, [&](size_t, uint64_t number, uint64_t) -> Result<> {
@@ -142,6 +144,7 @@ Result<PointSharing> PointSharing::find(ScratchLists& points, uint64_t count, co
   return found;
 }
 
+// Only points that are not the first in their place are listed.
 uint32_t PointSharing::copy_of(uint32_t point) const {
   const auto at = std::lower_bound(copies_.begin(), copies_.end(), std::pair(point, 0u));
   return at != copies_.end() && at->first == point ? at->second : 0;

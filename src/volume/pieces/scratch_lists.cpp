@@ -10,6 +10,7 @@ Result<ScratchLists> ScratchLists::create(const std::string& folder, size_t list
   // Below, a write costs more than what it writes; above, nothing is gained.
   constexpr uint64_t least = 512, most = uint64_t{64} << 10;
   ScratchFile file = MAILLE_TRY(ScratchFile::create(folder));
+  // The memory is shared out evenly: no list is known to be longer than another.
   const uint64_t waiting = std::clamp(memory / std::max<size_t>(lists, 1), least, most);
   return ScratchLists(std::move(file), lists, static_cast<size_t>(waiting));
 }
@@ -42,6 +43,7 @@ Result<> ScratchLists::write(List& list, Bytes bytes) {
   return {};
 }
 
+// What is large goes to the file without a copy, behind what waited.
 Result<> ScratchLists::append(size_t number, Bytes bytes) {
   List& list = lists_[number];
   list.size += bytes.size();
@@ -55,6 +57,7 @@ Result<> ScratchLists::append(size_t number, Bytes bytes) {
   return {};
 }
 
+// What is in the file, then what still waits: also before finish().
 Result<std::vector<std::byte>> ScratchLists::read(size_t number) {
   const List& list = lists_[number];
   std::vector<std::byte> bytes(static_cast<size_t>(list.size));
@@ -67,6 +70,7 @@ Result<std::vector<std::byte>> ScratchLists::read(size_t number) {
   return bytes;
 }
 
+// Memory of all lists is given back, which merging needs for buffers.
 Result<> ScratchLists::finish() {
   for (List& list : lists_) {
     MAILLE_CHECK(write(list, list.waiting));
@@ -75,6 +79,7 @@ Result<> ScratchLists::finish() {
   return {};
 }
 
+// From extent to extent, until `out` is full or the list ends.
 Result<size_t> ScratchLists::read_some(size_t number, Place& place, std::span<std::byte> out) {
   const List& list = lists_[number];
   size_t done = 0;
@@ -89,6 +94,7 @@ Result<size_t> ScratchLists::read_some(size_t number, Place& place, std::span<st
   return done;
 }
 
+// The gap to the number that would follow: 0 within a run.
 Result<> RisingWriter::add(uint64_t number) {
   out_.put_count(number - next_);
   next_ = number + 1;

@@ -73,6 +73,7 @@ class SourcePiecesEncoder {
   SourcePiecesEncoder(MeshSource& mesh, const EncodeOptions& options, const WorkingSpace& space)
       : mesh_(mesh), options_(options), space_(space), pieces_(mesh, space, options) {}
 
+  // The order of steps bounds memory: the sample is gone before cells are distributed.
   Result<EncodeReport> run(Sink& sink, uint64_t target) {
     coding_.options = options_;
     coding_.cells = mesh_.description().cells;
@@ -150,6 +151,7 @@ class SourcePiecesEncoder {
         });
   }
 
+  // By any thread; nothing here is shared but what does not change.
   Result<Coded> code(SourcePieces::Raw raw) const {
     SourcePieces::Loaded loaded = MAILLE_TRY(pieces_.load(std::move(raw)));
     const std::vector<uint32_t> points = loaded.sub.points;

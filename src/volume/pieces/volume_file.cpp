@@ -30,11 +30,13 @@ DecodedPiece part_of(const DecodedPiece& piece, const std::vector<uint32_t>& cel
   return part;
 }
 
+// Blocks without a cell that is wanted are not part of an extract.
 void remove_empty_blocks(Mesh& mesh) {
   const auto is_empty = [](const CellBlock& block) { return block.size() == 0; };
   mesh.blocks.erase(std::remove_if(mesh.blocks.begin(), mesh.blocks.end(), is_empty), mesh.blocks.end());
 }
 
+// Floats of the index become doubles exactly.
 PieceInfo::Field info_of(const StreamArray& array, const PieceField& field) {
   PieceInfo::Field info;
   info.name = array.name;
@@ -56,6 +58,7 @@ std::optional<std::vector<std::string>> arrays_for(const DecodeOptions& options,
   return arrays;
 }
 
+// Arrays of the mesh as a whole come in any case.
 void remove_unwanted(const DecodeOptions& options, Mesh& mesh) {
   if (!options.arrays) return;
   const auto is_unwanted = [&](const Array& array) {
@@ -81,6 +84,7 @@ VolumeFile::VolumeFile(VolumeFile&&) noexcept = default;
 VolumeFile& VolumeFile::operator=(VolumeFile&&) noexcept = default;
 VolumeFile::~VolumeFile() = default;
 
+// Reads description, end and index. `source` must outlive the file.
 Result<VolumeFile> VolumeFile::open(const Source& source, const DecodeOptions& options) {
   PieceReader reader = MAILLE_TRY(PieceReader::open(source, options));
   return VolumeFile(std::make_unique<State>(State{options, std::move(reader)}));
@@ -99,6 +103,7 @@ uint32_t VolumeFile::pieces() const {
   return static_cast<uint32_t>(state_->reader.pieces().size());
 }
 
+// What the index says of a piece; its bytes are those of its chunks.
 Result<PieceInfo> VolumeFile::info(uint32_t piece) const {
   const PieceReader& reader = state_->reader;
   if (piece >= pieces()) return no_piece(reader, piece);
@@ -137,6 +142,7 @@ Result<std::vector<uint32_t>> VolumeFile::select(const VolumeQuery& query) const
   return found;
 }
 
+// From the index alone, which was read on opening.
 Result<Mesh> VolumeFile::coarse() const {
   const PieceReader& reader = state_->reader;
   if (!reader.in_pieces()) {
@@ -157,9 +163,11 @@ Result<ExtractedVolume> VolumeFile::extract(const VolumeQuery& query) const {
   const CheckedQuery checked = MAILLE_TRY(CheckedQuery::check(query, reader));
   const bool kept = reader.kept();
   Executor& executor = state_->options.executor ? *state_->options.executor : serial_executor();
+  // Numbers only where the order is kept: without it no cell has one.
   MAILLE_CHECK(reader.fetch(selected, kept));
   std::vector<Result<DecodedPiece>> found(selected.size());
   std::vector<uint64_t> cells(selected.size());
+  // Each piece is cut down before the next one is read by the same thread.
   executor.parallel_for(selected.size(), [&](size_t i) {
     Result<DecodedPiece> piece = reader.read(selected[i], kept);
     if (piece) {
@@ -172,6 +180,7 @@ Result<ExtractedVolume> VolumeFile::extract(const VolumeQuery& query) const {
   ExtractedVolume extracted;
   std::vector<DecodedPiece> parts;
   for (size_t i = 0; i < found.size(); ++i) {
+    // Only damage is passed over: a piece that could not be read may be there the next time.
     if (!found[i] && found[i].error().code != ErrorCode::corrupt) return tl::unexpected(found[i].error());
     if (!found[i]) {
       extracted.problems.push_back(found[i].error().message);
@@ -190,6 +199,7 @@ Result<ExtractedVolume> VolumeFile::extract(const VolumeQuery& query) const {
     extracted.point_numbers.insert(extracted.point_numbers.end(), numbers.points.begin(),
                                    numbers.points.end());
   }
+  // Cells stand in the order of the input then (join_pieces()), so that sorted numbers are theirs in order.
   std::sort(extracted.cell_numbers.begin(), extracted.cell_numbers.end());
   std::vector<uint32_t>& points = extracted.point_numbers;
   std::sort(points.begin(), points.end());

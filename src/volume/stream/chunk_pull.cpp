@@ -40,6 +40,7 @@ void ChunkPull::rewind() {
   at_ = mark_;
 }
 
+// The digest of a file begins with its header, so that the footer vouches for it.
 Result<FileHeader> ChunkPull::begin() {
   const Bytes bytes = MAILLE_TRY(window(file_header_bytes));
   const FileHeader header = MAILLE_TRY(read_file_header(bytes, name()));
@@ -64,6 +65,7 @@ Result<bool> ChunkPull::next(ChunkHeader& header, Bytes& content) {
     const auto total = static_cast<size_t>(parsed->total_bytes());
     const Bytes chunk = MAILLE_TRY(window(total));
     ChunkRecord record = {parsed->header, at_.offset, 0};
+    // A chunk that is cut off is an error of its own, not a wrong sum.
     if (chunk.size() == total) record.checksum = load<uint64_t>(chunk.data() + total - chunk_checksum_bytes);
     const auto found = chunk.size() == total ? chunk_content(chunk, record) : std::nullopt;
     if (!found) {
@@ -101,6 +103,7 @@ Result<> ChunkPull::check_end() {
 
 namespace {
 
+// A pipe or file that the caller has opened and closes. Reads that a signal interrupts are begun again.
 class DescriptorStream final : public ByteStream {
  public:
   DescriptorStream(int descriptor, std::string name) : descriptor_(descriptor), name_(std::move(name)) {}
@@ -118,6 +121,8 @@ class DescriptorStream final : public ByteStream {
   std::string name_;
 };
 
+// A source from front to back. Its size was known when it was opened; a file that shrinks gives an error of
+// the source.
 class SourceStream final : public ByteStream {
  public:
   explicit SourceStream(const Source& source) : source_(source) {}

@@ -17,6 +17,7 @@ uint64_t widened(const std::byte* number) {
 
 }  // namespace
 
+// Types of one byte and floats are left out.
 uint64_t (*number_reader(Scalar type))(const std::byte*) {
   switch (type) {
     case Scalar::i16:
@@ -44,6 +45,7 @@ template <class Read>
 Result<std::optional<NumberedArray>> find_numbered(const Array& array, size_t i, uint64_t count, Read read) {
   std::optional<NumberedArray> none;
   const auto number_at = number_reader(array.type);
+  // An array this short costs less than the words about it.
   if (array.components != 1 || number_at == nullptr || count < fewest_numbered) return none;
   NumberedArray found = {i, {}};
   constexpr uint64_t at_once = 4096;
@@ -73,6 +75,7 @@ std::optional<NumberedArray> find_numbered(const Array& array, size_t i) {
   });
 }
 
+// Places count the arrays on points and cells only, as the header of a stream lists them.
 std::vector<NumberedArray> find_numbered(const Mesh& mesh) {
   std::vector<NumberedArray> found;
   size_t next = 0;
@@ -84,6 +87,7 @@ std::vector<NumberedArray> find_numbered(const Mesh& mesh) {
   return found;
 }
 
+// One reading of each array of integers, which mostly ends after its first numbers.
 Result<std::vector<NumberedArray>> find_numbered(MeshSource& mesh) {
   std::vector<NumberedArray> found;
   std::vector<std::byte> bytes;

@@ -55,6 +55,7 @@ class SinkFeeder {
  private:
   static constexpr size_t not_wanted = ~size_t{0};
 
+  // Vectors change hands instead of being copied: a portion has megabytes.
   Result<> add_cells(StreamPortion& portion) {
     // Counts that do not fit are damage: writers of many formats have fixed places for all cells by now.
     if (portion.cell_count() > mesh_.cells - std::min(mesh_.cells, portion.first_cell))
@@ -98,6 +99,7 @@ class SinkFeeder {
     return {};
   }
   template <class Write>
+  // A write for each run of numbers; find_runs() has put them in order.
   Result<> add_points(const std::vector<std::byte>& tuples, Write write) {
     const size_t size = sorted_.empty() ? 0 : tuples.size() / sorted_.size();
     for (size_t i = 0; i < sorted_.size();) {
@@ -143,6 +145,7 @@ Result<MeshDescription> describe(const Source& source, const DecodeOptions& opti
     stream.arrays = std::move(steps[options.step - 1].arrays);
     set_time(steps[options.step - 1].time, stream.mesh_arrays);
   }
+  // The order is decoded beside all cells (MeshCollector), which need not fit into memory here.
   if (stream.order_apart && !ends.in_pieces) {
     return failure(ErrorCode::unsupported,
                    source.name() +
@@ -174,6 +177,7 @@ Result<> decode_stream(const Source& source, MeshSink& sink, const DecodeOptions
       StreamReader::open(source, options.step, {.limits = options.limits, .executor = options.executor}));
   SinkFeeder feeder(reader.description(), mesh, sink, options, source.name());
   const auto add = [&](StreamPortion& portion) { return feeder.add(portion); };
+  // Writing goes beside decoding; the sink is used by one thread at a time.
   MAILLE_CHECK(for_each_portion(reader, options.executor, add, [&](const StreamPortion& portion) -> Result<> {
     const auto done = static_cast<double>(portion.first_cell + portion.cell_count());
     // An empty mesh divides by next to nothing instead of by nothing.

@@ -15,6 +15,7 @@ constexpr uint64_t tuples_in_all = TableSearch::most_tuples;
 constexpr uint64_t tuples_at_once = 1 << 10;
 constexpr size_t positions = ~size_t{0};
 
+// Positions are read by a call of their own.
 Result<> read_tuples(MeshSource& mesh, size_t array, uint64_t first, uint64_t count,
                      std::span<std::byte> out) {
   return array == positions ? mesh.read_points(first, count, out) : mesh.read_array(array, first, count, out);
@@ -64,6 +65,7 @@ Result<> add_extremes(MeshSource& mesh, size_t array, uint64_t count, Array& sam
   return {};
 }
 
+// A sample with a bound must have the extremes, which takes all numbers; one without loss needs not.
 Result<Array> sample_of(MeshSource& mesh, size_t array, Array sample, const Tolerance& tolerance) {
   const uint64_t count = array == positions ? mesh.description().points : mesh.description().count_of(sample);
   MAILLE_CHECK(take_sample(mesh, array, count, sample));
@@ -88,6 +90,8 @@ Result<FirstCells> first_cells_of(MeshSource& mesh) {
 
 }  // namespace
 
+// The sample of an array goes through choose_stream_maps() as a mesh of that array alone, so that both kinds
+// of meshes choose by the same code.
 Result<ArrayMapsList> choose_source_maps(MeshSource& mesh, const StreamOptions& options,
                                          std::optional<bool> mixes_values) {
   const MeshDescription& description = mesh.description();

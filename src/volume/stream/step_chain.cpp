@@ -16,6 +16,8 @@ Result<StreamKey> key_of(uint64_t step, uint64_t batch, uint64_t array, uint64_t
   return StreamKey{"SVAL", static_cast<uint32_t>(step), static_cast<uint32_t>(number)};
 }
 
+// The file must be whole: a step that is missing in the middle would make those behind it mean something
+// else.
 Result<StepValues> StepValues::open(const Source& source, uint64_t number) {
   FileReader file = MAILLE_TRY(FileReader::open(source, stream_chunk_types));
   MAILLE_CHECK(file.check_complete());
@@ -75,12 +77,14 @@ Result<std::vector<std::byte>> StepValues::read(uint64_t step, uint32_t batch, s
   return file_.read_stream(MAILLE_TRY(key_of(step, batch, array, header_of(step).arrays.size())));
 }
 
+// Bytes are added up as links are made, so that a reader can refuse a chain before it decodes.
 void ValueChain::add(uint64_t step, size_t array, const StreamedArray& coded, Domain domain,
                      std::vector<NumberMap> maps) {
   coder_bytes_ += tuple_coder_bytes(coded);
   links_.push_back({step, array, ArrayStage<RansDecoder>(coded, domain), std::move(maps)});
 }
 
+// A chain of one link.
 ValueChain ValueChain::of_mesh(const StreamHeader& mesh, std::optional<size_t> array) {
   const StreamArray& described = array ? mesh.description.arrays[*array] : mesh.description.positions;
   ValueChain chain(described.type, described.components);
@@ -135,6 +139,7 @@ Result<> ValueChain::begin_batch(Bytes of_mesh, const StepValues* values, uint32
   return {};
 }
 
+// Coders of zero bytes: code() is called with no tuples and must find one.
 void ValueChain::begin_empty_batch() {
   for (Link& link : links_) {
     link.bytes.clear();
@@ -146,6 +151,8 @@ bool ValueChain::is_placed() const {
   return std::any_of(links_.begin(), links_.end(), [](const Link& link) { return link.stage.is_placed(); });
 }
 
+// The first link gives values, each one behind it changes them in place. All links are decoded for every
+// block, also where the last one alone is wanted, as models must see all that was coded.
 bool ValueChain::code(const CodedCells& cells, std::span<const Vector3> places, std::byte* tuples) {
   const size_t count = domain() == Domain::point ? cells.points.size() : cells.size();
   for (Link& link : links_) {
@@ -177,6 +184,7 @@ void add_as(Scalar type, const std::vector<NumberMap>& maps, Bytes differences, 
 }
 
 template <class Code>
+// Encoder's side of add_as().
 void find_as(Scalar type, const std::vector<NumberMap>& maps, Bytes before, Bytes tuples,
              std::byte* differences) {
   using Unsigned = std::make_unsigned_t<Code>;

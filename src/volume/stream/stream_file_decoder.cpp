@@ -34,6 +34,7 @@ class MeshCollector {
     mesh_.metadata = description.metadata;
   }
 
+  /// Appends a portion. Arrays that are not wanted are decoded and dropped. Error: memory_bound, corrupt.
   Result<> add(const StreamPortion& portion, const std::string& name) {
     size_t next_block = 0;
     const bool plain =

@@ -75,6 +75,7 @@ class MeshPoints final : public PointSource {
   std::vector<uint32_t>* order_;
 };
 
+// Of a mesh in memory no range is declared: maps are chosen by all numbers.
 StreamArray describe(const Array& array, const Tolerance& tolerance) {
   return {array.name, array.domain, array.type, array.components, array.role, array.labels, tolerance, {}};
 }
@@ -123,6 +124,7 @@ struct Ordering {
 Ordering as_they_are(const Mesh& mesh) {
   return {mesh, CellOrders(mesh.blocks.size()), false};
 }
+// Block by block: cells of different blocks are never mixed up.
 Ordering in_front_order(const Mesh& mesh) {
   CellOrders orders;
   for (const CellBlock& block : mesh.blocks) orders.push_back(front_order(block));
@@ -154,6 +156,7 @@ struct KeptOrder {
   bool turned = false;
 };
 
+// Gates with a plain order beside them, as effort 1 has it: nothing is mixed.
 Ordering at_gates_apart(const Mesh& mesh, KeptOrder kept) {
   Ordering gates = at_gates(mesh, kept.turned);
   gates.apart = encode_plain_order(mesh, gates.orders, gates.turns, kept.points_only);
@@ -219,6 +222,7 @@ class Trial {
 /// that is enough since c3f90de.
 constexpr uint64_t fewest = 1'000, few = 4'000, sample = 20'000;
 
+// Positions and all arrays on points and cells: what mixing of values would take time for.
 uint64_t count_numbers(const Mesh& mesh) {
   uint64_t numbers = mesh.point_count() * 3;
   for (const Array& array : mesh.arrays)
@@ -226,6 +230,7 @@ uint64_t count_numbers(const Mesh& mesh) {
   return numbers;
 }
 
+// Numbers of arrays with a bound, without positions, which are mixed only where all values are.
 uint64_t count_bounded(const Mesh& mesh, const std::vector<double>& bounds) {
   uint64_t numbers = 0;
   size_t next = 0;

@@ -11,6 +11,7 @@
 namespace maille {
 namespace {
 
+// The step is that of the first component: all components of an array with a bound have the same.
 ArrayInfo info_of(const StreamArray& array, double bound, const NumberMap& map, uint64_t count) {
   ArrayInfo info;
   info.name = array.name;
@@ -26,6 +27,8 @@ ArrayInfo info_of(const StreamArray& array, double bound, const NumberMap& map, 
   return info;
 }
 
+// Ranges and errors as the encoder met them. Components without a number have an empty range (infinity to
+// -infinity).
 void add_from_tail(const StreamTail& tail, size_t number, ArrayInfo& info) {
   if (number >= tail.ranges.size()) return;
   for (const ValueRange::Component& each : tail.ranges[number].components) {
@@ -48,6 +51,7 @@ uint64_t decode_bytes_of(const StreamHeader& header, const StreamTail& tail) {
   return models + most * (point_and_cell + value * components) + tail.points / 8;
 }
 
+// By chunks, so that sizes are right also where the file is damaged. The order apart counts as connectivity.
 void add_sizes(const FileReader& reader, FileInfo& info) {
   for (const ChunkRecord& record : reader.records()) {
     const std::string_view type(record.header.type.data(), record.header.type.size());
@@ -74,6 +78,7 @@ FileInfo info_of_stream(const Source& source, const FileReader& reader, const St
   info.points = tail.points;
   info.cells = tail.cells;
   info.corners = tail.corners;
+  // Batches are what `info` calls parts: what is decoded in one go.
   info.parts = std::max<uint64_t>(tail.batches, 1);
   for (const StreamTail::Block& block : tail.blocks) {
     const std::string type = std::string("(") + name_of(block.type) + ")";

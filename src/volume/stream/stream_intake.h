@@ -16,6 +16,8 @@ namespace maille {
 /// Cells as they were given, until there is a block of them: at most cells_per_block records, in the caller's
 /// order. StreamWriter fills it, StreamBatches empties it.
 struct Intake {
+  // A cell, a point without cells, or the end of a point, as the coder takes it; its numbers, flags and faces
+  // stand in the lists below, one record's behind another's.
   struct Record {
     uint8_t kind;
     CellType type;
@@ -68,6 +70,7 @@ class WaitingPoints {
  public:
   explicit WaitingPoints(size_t stride) : stride_(stride) {}
   bool has(uint64_t number) { return table_.find(number, 0) != no_slot; }
+  /// Room for the values of a point that does not wait yet; valid until the next call.
   std::byte* add(uint64_t number) {
     const uint32_t slot = slots_.take();
     if (slot >= numbers_.size()) {
@@ -78,6 +81,7 @@ class WaitingPoints {
     numbers_[slot] = number + 1;
     return bytes_.data() + slot * stride_;
   }
+  /// The values of a point, which waits no more. False: it does not wait.
   bool take(uint64_t number, std::byte* out) {
     const uint32_t slot = table_.find(number, 0);
     if (slot == no_slot) return false;

@@ -100,6 +100,8 @@ Result<Unpacked> unpack(Bytes bytes, const char* damaged) {
 }
 
 template <class Visitor, class Array>
+// What 16.1 says of positions and of each array. `tolerance` is what was asked for, which only `info` and
+// encoding again need; what holds is in maps and bounds.
 void visit_array(Visitor& v, Array& array) {
   v.text(array.name);
   v.choice(array.domain, domain_count);
@@ -112,6 +114,8 @@ void visit_array(Visitor& v, Array& array) {
 }
 
 template <class Visitor, class Array>
+// Arrays of the mesh as a whole are few numbers and stand here as they are. Their bytes are held against the
+// size of a tuple in is_sensible().
 void visit_mesh_array(Visitor& v, Array& array) {
   v.text(array.name);
   v.choice(array.type, scalar_count);
@@ -122,6 +126,8 @@ void visit_mesh_array(Visitor& v, Array& array) {
 }
 
 template <class Visitor, class Header>
+// The fields of DESC in their order; docs/format.md, 16.1. A reader fills `header` from them, a writer passes
+// a const one: the same lines for both.
 void visit_header(Visitor& v, Header& header) {
   auto& description = header.description;
   v.count(description.effort, 9);
@@ -186,6 +192,8 @@ void visit_batch(Visitor& v, Header& header) {
 }
 
 template <class Visitor, class Tail>
+// The fields of TAIL in their order. Counts are not bounded here: nothing is reserved by them, and those that
+// matter are checked against what was read.
 void visit_tail(Visitor& v, Tail& tail) {
   v.count(tail.points, ~uint64_t{0});
   v.count(tail.cells, ~uint64_t{0});
@@ -218,6 +226,7 @@ void visit_tail(Visitor& v, Tail& tail) {
 }
 
 template <class Visitor, class Header>
+// The fields of STEP in their order; docs/format.md, 16.9.
 void visit_step(Visitor& v, Header& header) {
   v.real(header.time);
   v.list(header.arrays, [&](auto& array) { visit_array(v, array); });
@@ -229,6 +238,7 @@ void visit_step(Visitor& v, Header& header) {
   });
   v.list(header.bounds, [&](auto& bound) { v.real(bound); });
   v.list(header.codings, [&](auto& coding) {
+    // StepCoding::Method has five values; array numbers are checked where the step before is at hand.
     v.choice(coding.method, 5);
     v.count(coding.of, 0xffffffff);
   });
@@ -311,6 +321,7 @@ bool is_sensible(const StreamHeader& header) {
 StreamedArray StreamHeader::positions() const {
   StreamedArray positions = with_models({description.positions.type, 3, maps[0], bounds[0]});
   positions.mixed = mixed_values == MixedValues::all;
+  // Positions cannot be expected from where points are.
   positions.placed = false;
   return positions;
 }
@@ -320,6 +331,7 @@ StreamedArray StreamHeader::array(size_t i) const {
       {description.arrays[i].type, description.arrays[i].components, maps[i + 1], bounds[i + 1]});
 }
 
+// The methods from as_before on refer to the step before.
 bool StepHeader::needs_before() const {
   return std::any_of(codings.begin(), codings.end(),
                      [](const StepCoding& coding) { return coding.method >= StepCoding::as_before; });
@@ -336,6 +348,8 @@ StreamedArray differences_of(const StreamArray& array, const StreamHeader& mesh)
   return differences;
 }
 
+// Whether values of a step are mixed follows from the mesh's header, so that all steps of a file are coded in
+// one way.
 StreamedArray StepHeader::array(size_t i, const StreamHeader& mesh) const {
   if (codings[i].method == StepCoding::difference) return differences_of(arrays[i], mesh);
   StreamedArray array = mesh.with_models({arrays[i].type, arrays[i].components, maps[i], bounds[i]});
@@ -387,6 +401,7 @@ Result<StepHeader> decode_step(Bytes bytes, const std::vector<StreamArray>& arra
   StepHeader header;
   Reader reader(unpacked.plain, unpacked.tables);
   visit_step(reader, header);
+  // Bytes behind the fields that are always there are the metadata; at_end() below finds anything else.
   if (reader.ok() && reader.remaining() > 0) visit_entries(reader, header.metadata.emplace());
   if (!reader.ok() || !reader.at_end() || !is_sensible(header, arrays))
     return failure(ErrorCode::corrupt, damaged);
@@ -449,6 +464,8 @@ Result<BatchHeader> read_batch_header(ByteReader& in) {
   visit_batch(reader, header);
   bool sensible = in.ok() && reader.ok() && reader.at_end() && header.cell_bytes <= in.remaining();
   for (const BlockStart& block : header.blocks) {
+    // Blocks may begin behind the last record: blocks without cells at the end of a batch. An unknown type
+    // would reach callers as a number.
     sensible = sensible && block.records_before <= header.records &&
                std::string_view(name_of(block.type)) != "unknown";
   }
@@ -475,6 +492,7 @@ Result<StreamTail> decode_tail(Bytes bytes) {
   Reader reader(bytes);
   visit_tail(reader, tail);
   const MeshDescription::Polyhedra& polyhedra = tail.polyhedra;
+  // Writers of formats with fixed places compute sizes from these: differences of them must not wrap.
   const bool sensible = polyhedra.corners <= tail.corners && polyhedra.points <= polyhedra.corners;
   if (!reader.ok() || !reader.at_end() || !sensible)
     return failure(ErrorCode::corrupt, "the end of the stream is damaged");

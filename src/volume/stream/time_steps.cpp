@@ -19,6 +19,7 @@
 namespace maille {
 namespace {
 
+// The description of the mesh, by the index.
 Result<StreamHeader> header_of(const FileReader& file) {
   return decode_header(MAILLE_TRY(file.read_stream({"DESC"})));
 }
@@ -94,7 +95,8 @@ class Comparison {
   Comparison(const StepHeader& step, const StreamHeader& mesh, StepSource& values)
       : step_(step), mesh_(mesh), values_(values) {}
 
-  /// `differences`: values may be coded as such. `maps` of the earlier arrays.
+  /// Arrays go together by name, domain, type and components; the first one of a name counts. `differences`:
+  /// values may be coded as such. `known` and `maps` are those of the earlier step.
   void add_partners(const std::vector<StreamArray>& known, const std::vector<std::vector<NumberMap>>& maps,
                     bool differences) {
     for (size_t i = 0; i < step_.arrays.size(); ++i) {
@@ -132,6 +134,8 @@ class Comparison {
   static bool is_of_use(const Partner& partner) {
     return partner.keeps || partner.on_lattice || partner.follows;
   }
+  // Values of the new step are held against a portion of the earlier one, number by number, until the bound
+  // is exceeded once: from then on that way is out.
   Result<> compare(Partner& partner, const StreamPortion& portion, Bytes tuples) {
     const size_t i = partner.array;
     const StreamedArray array{step_.arrays[i].type, step_.arrays[i].components, step_.maps[i],
@@ -184,6 +188,8 @@ Result<std::vector<Partner>> compare_with_earlier(const Source& source, const St
   const StreamReadOptions reading{.limits = options.limits, .any_order = true, .executor = options.executor};
   const bool by_itself = number % key_steps == 0;
   std::vector<Partner> differences;
+  // The mesh first: values that come back to those of the mesh then refer to nothing else, so that no chain
+  // is read for them.
   const auto hold = [&](uint64_t earlier, const std::vector<StreamArray>& known, const auto& maps,
                         StepCoding::Method method) -> Result<> {
     Comparison comparison(step, mesh, values);
@@ -279,6 +285,7 @@ class StepWriter {
  private:
   Result<> code_batch() {
     for (CodedArray& way : ways_) way.stage.begin_batch(RansEncoder(way.stage.lanes()));
+    // Positions are decoded again only where some way of coding needs them.
     if (is_placed_) MAILLE_CHECK(begin_positions());
     while (MAILLE_TRY(replay_.next_block(cells_))) {
       MAILLE_CHECK(take_values());
@@ -328,6 +335,8 @@ class StepWriter {
     find_places(position_type_, positions, places_);
     return {};
   }
+  // Values in the order in which the stream has points and cells. Sources are asked by number, in an order
+  // that is local where the mesh's is.
   Result<> take_values() {
     // Arrays that an earlier step serves need no values.
     for (size_t i = 0; i < tuples_.size(); ++i) {
@@ -386,6 +395,7 @@ class StepWriter {
   StepReport report_;
 };
 
+// The same limits as check_options() of a stream has.
 Result<> check_arrays(const std::vector<StreamArray>& arrays) {
   for (const StreamArray& array : arrays) {
     if (array.components == 0 || array.components > 0xffff)
@@ -521,6 +531,8 @@ class MeshValues final : public StepSource {
 
 }  // namespace
 
+// All that can be refused is refused before a byte is written. A mesh in any order has no steps: nobody could
+// say which point is which.
 Result<StepTarget> open_for_step(const Source& source, const StepHeader& step) {
   const auto refused = [&](const std::string& what) {
     return failure(ErrorCode::usage, source.name() + ": " + what);
@@ -551,6 +563,8 @@ Result<> check_counts(const Source& source, const StepTarget& target, uint64_t p
                                        std::to_string(points) + " and " + std::to_string(cells));
 }
 
+// Metadata like those of the mesh are left out; others are told by the list before. A damaged list before is
+// no reason against the step: all of it is told then.
 Result<> set_metadata(const FileReader& file, const StreamHeader& mesh, const StepOptions& options,
                       StepHeader& step) {
   if (!options.metadata || *options.metadata == mesh.description.metadata) return {};
@@ -573,6 +587,7 @@ Result<std::vector<std::byte>> step_behind(const Source& stream, StepHeader step
   return bytes;
 }
 
+// Maps follow from the declarations alone, as values are read once.
 Result<StepReport> append_step(const std::string& path, const StepOptions& options, StepSource& values) {
   StepHeader step;
   step.time = options.time;
@@ -650,6 +665,7 @@ Result<> check_end(const Source& source) {
 
 }  // namespace
 
+// Bytes of a step are those of all its chunks, by the records of the file.
 Result<std::vector<StreamStep>> steps_of(const FileReader& file, const StreamHeader& mesh) {
   const std::vector<StreamArray>& arrays = mesh.description.arrays;
   std::vector<StreamStep> steps;
