@@ -25,9 +25,10 @@ struct Comparison {
 };
 
 /// Compares two meshes: points and all point arrays bit for bit, cells with their arrays and corner arrays,
-/// mesh arrays. Block borders do not matter, names and types of blocks do, cell by cell. Exact, also with
-/// duplicate points and duplicate faces: "equal" is shown by a renaming that was checked, "different" by a
-/// property no renaming changes or by exhausting them.
+/// and mesh arrays. Borders of blocks do not matter, but names and types of blocks do, cell by cell. The
+/// answer is exact, also with duplicate points and faces: "equal" is shown by a renaming that was checked,
+/// "different" by a property that no renaming changes or by trying all renamings. Meshes too symmetric for
+/// that are reported as not decided, and not as equal.
 Comparison compare(const Mesh& a, const Mesh& b, const CompareOptions& options = {});
 
 /// How far the values of an array are from those of another.

@@ -41,8 +41,8 @@ struct GltfReport {
 /// of tolerances. Errors as of read_mesh().
 [[nodiscard]] Result<std::vector<Array>> gltf_arrays(const Source& source);
 
-/// Compresses the triangles of a glTF asset, commits the sink. A primitive stays as it is where the extension
-/// cannot hold it or does not make it smaller. Errors: as of read_mesh() and encode(); unsupported where the
+/// Compresses the triangles of a glTF asset and commits the sink. A primitive stays as it is if the extension
+/// cannot hold it or does not make it smaller. Errors: those of read_mesh() and encode(); unsupported if the
 /// geometry is compressed already.
 [[nodiscard]] Result<GltfReport> compress_gltf(const Source& source, Sink& sink,
                                                const GltfCompressOptions& options = {});
@@ -53,8 +53,8 @@ struct GltfDecompressOptions {
   bool text = false;             ///< as of GltfCompressOptions
 };
 
-/// The inverse: a glTF file without the extension. Commits the sink. Safe on any input. Errors: as of
-/// read_mesh() and decode(); usage where the asset does not use the extension.
+/// The inverse: writes a glTF file without the extension and commits the sink. Safe on any input. Errors:
+/// those of read_mesh() and decode(); usage if the asset does not use the extension.
 [[nodiscard]] Result<GltfReport> decompress_gltf(const Source& source, Sink& sink,
                                                  const GltfDecompressOptions& options = {});
 

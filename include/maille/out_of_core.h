@@ -18,12 +18,12 @@ namespace maille {
 struct WorkingSpace {
   /// Bytes, about, besides the points and cells that are in use at once in a stream.
   uint64_t memory = uint64_t{32} << 20;
-  /// Mode `stream`: bytes that the process may take in all, about. A mesh that needs more is refused before
-  /// anything is written, and the error says the least that will do. (Known by another pass over the cells,
-  /// which is made if it could be.)
+  /// Mode `stream`: how many bytes the process may take in all, about. A mesh that needs more is refused
+  /// before anything is written, and the error says how much would do. Finding that out takes another pass
+  /// over the cells, which is made only if the limit may be exceeded.
   uint64_t limit = ~uint64_t{0};
-  /// Of it, what does not grow with the mesh, about: the program, models, blocks of cells (14 to 24 MB
-  /// measured, efforts 2 to 9).
+  /// The part of the limit that does not grow with the mesh, about: the program, models and blocks of cells
+  /// (14 to 24 MB were measured, efforts 2 to 9).
   static constexpr uint64_t of_process = uint64_t{25} << 20;
   /// Where temporary files are; they have no names, and are gone when the process ends, however that ends.
   /// Empty: $TMPDIR, or /tmp.
@@ -52,8 +52,8 @@ struct WorkingSpace {
 [[nodiscard]] Result<EncodeReport> encode(MeshSource& mesh, Sink& sink, const EncodeOptions& options,
                                           const WorkingSpace& space = {});
 
-/// A mesh that comes once, from front to back, as from a pipe or a generator: it goes to temporary files, and
-/// can be read in parts when all of it is there. Takes what StreamWriter takes, in the same calls.
+/// A mesh that arrives once, from front to back, as from a pipe or a generator. It goes to temporary files
+/// and can be read in parts when it is complete. It takes what StreamWriter takes, in the same calls.
 class MeshSpool {
  public:
   /// Of `options` positions, arrays, arrays of the mesh and metadata count; of `space` the folder. Error:
@@ -74,10 +74,10 @@ class MeshSpool {
                                         std::span<const uint64_t> connectivity,
                                         std::span<const uint8_t> last_use = {},
                                         std::span<const Bytes> arrays = {});
-  /// Here for those that write to either; all points stay.
+  /// Does nothing, since all points stay. It exists for code that writes to either a StreamWriter or a spool.
   [[nodiscard]] Result<> end_points(std::span<const uint64_t>) { return {}; }
 
-  /// What came. Nothing can be added any more. Errors: malformed_input, write_failed.
+  /// The complete mesh. Nothing can be added afterwards. Errors: malformed_input, write_failed.
   [[nodiscard]] Result<std::unique_ptr<MeshSource>> finish();
 
  private:
@@ -86,13 +86,13 @@ class MeshSpool {
   std::unique_ptr<Implementation> implementation_;
 };
 
-/// About the bits a cell that the order of the cells costs, judged by some ten thousand of them from the
-/// begin: below 2 for meshes that were written in sweeps.
+/// Estimates how many bits a cell the order of the cells costs, from some ten thousand cells at the
+/// beginning. Meshes that were written in sweeps stay below 2.
 [[nodiscard]] Result<double> incoherence(MeshSource& mesh);
 
-/// The same mesh with the cells of each block in an order that streams well: along a curve that fills space,
-/// in pieces that fit into memory, and within each as the front meets them. Points and values of points are
-/// left as they are and read from `mesh`, which must outlive the result; cells and their values are in
+/// The same mesh with the cells of each block in an order that streams well: in pieces that fit into memory,
+/// along a space-filling curve, and within each piece as the front meets them. Points and their values stay
+/// as they are and are read from `mesh`, which must outlive the result; cells and their values are in
 /// temporary files. Errors: those of the source, write_failed, cancelled.
 [[nodiscard]] Result<std::unique_ptr<MeshSource>> reordered(MeshSource& mesh, const WorkingSpace& space = {},
                                                             const Progress& progress = {});
@@ -100,10 +100,10 @@ class MeshSpool {
 /// What a file of mode `stream` holds: sizes, blocks, arrays (those of `options.arrays`). Error: unsupported
 /// for other modes, corrupt when its end is missing.
 [[nodiscard]] Result<MeshDescription> describe(const Source& source, const DecodeOptions& options = {});
-/// Decompresses a file of mode `stream` into a sink that was made for its description(), with the same
-/// options, and commits it. Memory is for the points in use, and a bit for each point. Of a file in pieces
-/// some are in memory at once, and what does not come in the order of the mesh goes through temporary files
-/// in `space.folder`.
+/// Decompresses a file of mode `stream` into a sink that was made for its description() with the same
+/// options, and commits it. Memory holds the points in use and a bit for each point. Of a file in pieces,
+/// several pieces are in memory at once, and what does not come in the order of the mesh goes through
+/// temporary files in `space.folder`.
 [[nodiscard]] Result<> decode(const Source& source, MeshSink& sink, const DecodeOptions& options = {},
                               const WorkingSpace& space = {});
 

@@ -162,9 +162,9 @@ class File {
   [[nodiscard]] Result<std::optional<SurfacePoint>> hit(const Vector3& origin, const Vector3& direction);
   /// The point of the surface nearest to this one.
   [[nodiscard]] Result<std::optional<SurfacePoint>> nearest(const Vector3& point);
-  /// The `count` points of the mesh nearest to this one, the nearest first; all, if it has fewer. Decodes
-  /// only charts that may have one of them. Of points that cells have; where a position is no number is
-  /// nowhere near.
+  /// The `count` points of the mesh nearest to this one, the nearest first, or all points if the mesh has
+  /// fewer. Only points of cells count, and none whose position is not a number. Decodes only charts that may
+  /// have one of them.
   [[nodiscard]] Result<std::vector<NearPoint>> nearest_points(const Vector3& point, uint64_t count);
   /// What hangs together with a point of a chart of level 0; for a face take any of its corners. Decodes the
   /// charts that it reaches, and those whose boxes touch it, each once. Takes 4 bytes for each of their

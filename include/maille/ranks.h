@@ -21,7 +21,7 @@ class Ranks {
   /// From 0 to size() - 1.
   virtual unsigned rank() const = 0;
   virtual unsigned size() const = 0;
-  /// `to[r]` goes to rank r, size() of them; gives what each rank sent here.
+  /// Sends `to[r]` to rank r, for all size() ranks, and returns what each rank sent here.
   virtual std::vector<std::vector<std::byte>> exchange(std::vector<std::vector<std::byte>> to) = 0;
   /// Adds the numbers of all ranks at each place, mod 2^64; all ranks get the sums.
   virtual void add(std::span<uint64_t> numbers) = 0;
@@ -29,8 +29,8 @@ class Ranks {
   virtual void largest(std::span<uint64_t> numbers) = 0;
 };
 
-/// A file that all ranks write at once. All must make the same calls in the same order, and all get an error
-/// where one fails.
+/// A file that all ranks write together. All ranks make the same calls in the same order, and all get an
+/// error if one of them fails.
 class RanksFile {
  public:
   virtual ~RanksFile() = default;
@@ -45,7 +45,7 @@ class RanksFile {
   [[nodiscard]] virtual Result<> commit() = 0;
 };
 
-/// What one rank has of a mesh. Ranks may have nothing.
+/// The part of a mesh that one rank has. It may be empty.
 struct RankPart {
   /// Cells that are this rank's alone (no ghosts) and the points they use. All ranks have the same arrays of
   /// points and cells, in the same order; arrays of the mesh and metadata are those of the first rank that
@@ -65,8 +65,8 @@ struct RanksOptions {
   /// (Of arrays beyond `sample_bytes` samples decide how numbers are written; then the file depends on the
   /// mesh alone, too, but encode() may write others.)
   uint64_t cells_per_piece = cells_of_volume_piece;
-  /// The part of each rank is a piece, as it is: nothing but the numbers of points is exchanged. The file
-  /// depends on how the mesh is divided.
+  /// The part of each rank becomes a piece as it is, and only the numbers of points are exchanged. The file
+  /// then depends on how the mesh is divided.
   bool as_is = false;
   uint64_t sample_bytes = uint64_t{256} << 20;
 };

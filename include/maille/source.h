@@ -41,10 +41,12 @@ class Source {
 /// Bytes in memory: borrowed (they must outlive the source) or owned.
 std::unique_ptr<Source> memory_source(Bytes bytes, std::string name = "<memory>");
 std::unique_ptr<Source> memory_source(std::vector<std::byte> bytes, std::string name = "<memory>");
-/// A file. What is no regular file is read into memory. Error: cannot_read, with the system's reason.
+/// A regular file, which is read as it is wanted; anything else is read into memory. Error: cannot_read, with
+/// the system's reason.
 [[nodiscard]] Result<std::unique_ptr<Source>> file_source(const std::string& path);
-/// The same, but what is no regular file is spooled: for what may be larger than memory. Neither maps files:
-/// somebody who cuts a file while it is read would end the process. Error: cannot_read.
+/// The same for inputs that may be larger than memory: what is no regular file goes to a temporary file.
+/// Neither function maps files, because the process would end if somebody cut the file while it is read.
+/// Error: cannot_read.
 [[nodiscard]] Result<std::unique_ptr<Source>> unmapped_source(const std::string& path);
 /// All that an open descriptor gives, in a temporary file in `folder` (empty: $TMPDIR, or /tmp) that has no
 /// name and is gone with the process. Not for several threads. Errors: cannot_read, write_failed.

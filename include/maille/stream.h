@@ -35,8 +35,8 @@ struct StreamArray {
   size_t tuple_size() const { return size_of(type) * components; }
 };
 
-/// Numbers of points by their position: an input that can be read anywhere, such as a file mapped into
-/// memory. Asked by one thread at a time, not always the same one, while the writer's calls are under way.
+/// Gives the values of points by their numbers: an input that can be read at any place, such as a file. One
+/// thread asks at a time, but not always the same one, while calls of the writer are under way.
 class PointSource {
  public:
   virtual ~PointSource() = default;
@@ -53,13 +53,12 @@ struct StreamOptions {
   int effort = 5;  ///< 1 (fast) to 9 (small)
   /// Points are numbered in the order in which cells meet them. Cells keep their order.
   bool any_order = false;
-  /// So many cells are held back, and come out in an order in which they cost less: for input in some order
-  /// that is not a good one, such as an unstructured mesh along a curve. Only with any_order. Some hundred
-  /// bytes a cell.
+  /// So many cells are held back and written in an order in which they cost less. This is for input in a poor
+  /// order, such as an unstructured mesh along a curve; it needs any_order, and some hundred bytes a cell.
   uint64_t delay = 0;
   /// Where values of points come from, if not from add_points(). Must outlive the writer.
   PointSource* points = nullptr;
-  /// A batch ends, and goes to the sink, after so many cells or about so many bytes.
+  /// A batch ends and goes to the sink after so many cells or about so many bytes.
   uint32_t most_cells_per_batch = 1u << 19;
   uint32_t bytes_per_batch = 192u << 10;
   Executor* executor = nullptr;     ///< nullptr: serial
@@ -83,11 +82,11 @@ struct StreamReport {
 
 struct ArrayMapsList;  // the library's own
 
-/// Compresses a mesh while it comes in.
+/// Compresses a mesh while it arrives.
 ///
-/// Points come before the first cell that uses them; a point leaves memory after the last cell that does, if
-/// the writer is told which that is. Without it nothing is wrong, only memory grows with the mesh. The sink
-/// must outlive the writer.
+/// Points come before the first cell that uses them. A point leaves memory after the last cell that uses it,
+/// if the writer is told which cell that is; otherwise the result is the same, but memory grows with the
+/// mesh. The sink must outlive the writer.
 class StreamWriter {
  public:
   /// Error: usage (the options), write_failed.
@@ -146,7 +145,7 @@ struct StreamStep {
   bool repeats_mesh = false;
 };
 
-/// Where values of a step come from.
+/// Gives the values of a step.
 class StepSource {
  public:
   virtual ~StepSource() = default;
@@ -171,11 +170,11 @@ struct StepReport {
 };
 
 /// Appends a step to a file of mode stream that keeps the order of its points. Steps are counted from 1; what
-/// the mesh was compressed with is step 0. Arrays that keep their bound with the values of step 0, or of the
-/// step before, take no room; others may be coded as differences to the step before, but not in every
-/// sixteenth step: no step needs more than the fifteen before it. What is in the file is not touched: until
-/// all of the step is there, also after a crash, the file reads as it was. Errors: usage, cannot_read,
-/// corrupt, write_failed.
+/// the mesh was compressed with is step 0. Arrays that keep their bound with the values of step 0 or of the
+/// step before take no room. Others may be coded as differences to the step before, except in every sixteenth
+/// step, so that no step needs more than the fifteen before it. The existing bytes are not touched: until the
+/// whole step is written, and also after a crash, the file reads as it did before. Errors: usage,
+/// cannot_read, corrupt, write_failed.
 [[nodiscard]] Result<StepReport> append_step(const std::string& path, const StepOptions& options,
                                              StepSource& values);
 /// The arrays on points and cells of a mesh in memory, which must have as many points and cells, in the order
@@ -183,17 +182,17 @@ struct StepReport {
 /// executor count.
 [[nodiscard]] Result<StepReport> append_step(const std::string& path, double time, const Mesh& mesh,
                                              const EncodeOptions& options = {});
-/// The steps behind a mesh, the first one step 1; empty for other modes. `search`: where the end of a large
-/// file is damaged, all of it is looked through; else that is an error. Error: cannot_read; corrupt, also
-/// where anything else of the file is missing, as that may be a step.
+/// The steps behind a mesh, beginning with step 1; empty for other modes. `search`: if the end of a large
+/// file is damaged, the whole file is searched; otherwise that is an error. Errors: cannot_read; corrupt,
+/// also if anything else of the file is missing, since it may be a step.
 [[nodiscard]] Result<std::vector<StreamStep>> list_steps(const Source& source, bool search = true);
 
-/// Some thousand cells, and the points that come up with them.
+/// Some thousand cells, and the points that appear with them.
 ///
-/// Every point has its number, which is global, and a slot: a small number that no other point of the portion
-/// has, and that is free for another point in later portions after the portion in which the point ends. All
-/// slots are below slot_count, so a reader that wants values of points of earlier portions keeps them in a
-/// table of that size.
+/// Every point has its global number and a slot. A slot is a small number that no other point of the portion
+/// has; it is free for another point after the portion in which the point ends. All slots are below
+/// slot_count, so a reader that needs values of points of earlier portions keeps them in a table of that
+/// size.
 struct StreamPortion {
   struct Block {
     uint64_t first_cell = 0;  ///< counted from the begin of the stream
@@ -223,7 +222,7 @@ struct StreamPortion {
   size_t cell_count() const { return types.size(); }
 };
 
-/// Where bytes come from that can be read once, front to back: a pipe, a socket.
+/// Bytes that can be read once, from front to back: a pipe or a socket.
 class ByteStream {
  public:
   virtual ~ByteStream() = default;
@@ -237,7 +236,7 @@ std::unique_ptr<ByteStream> descriptor_stream(int descriptor, std::string name);
 std::unique_ptr<ByteStream> source_stream(const Source& source);
 
 /// An array whose values rise by one from element to element in the mesh's order, as numbers of points and
-/// cells do. Runs begin with any value.
+/// cells do. A run may begin with any value.
 struct NumberedArray {
   struct Run {
     uint64_t count = 0;
@@ -257,8 +256,8 @@ struct StreamDescription {
   std::string provenance;
   int effort = 5;
   bool any_order = false;
-  /// The input's order is in the file, apart from the cells, which come in another one: decode() gives it
-  /// back, portions cannot.
+  /// The file holds the input's order apart from the cells, which are stored in another one. decode()
+  /// restores it, portions cannot.
   bool order_apart = false;
   std::optional<double> time = {};  ///< of step 0, if the file tells
 };
