@@ -95,6 +95,7 @@ void DelayBuffer::reach(Place& place) const {
   place.rank = simplex ? place.serial : taken_;
 }
 
+// A place may have another cell by now: its serial number tells.
 bool DelayBuffer::is_current(const Candidate& candidate) const {
   const Place& place = places_[candidate.place];
   return place.serial == candidate.serial && place.faces_waiting == candidate.faces;
@@ -117,6 +118,8 @@ uint32_t DelayBuffer::choose() {
   return oldest_;
 }
 
+// The cell leaves the list by age, the front moves over its faces, and its last uses become those of the new
+// order.
 const DelayedCell& DelayBuffer::take() {
   if (left_ != none) free_.push_back(left_);
   left_ = choose();
@@ -130,6 +133,7 @@ const DelayedCell& DelayBuffer::take() {
   return places_[left_].cell;
 }
 
+// A list by age, doubly linked, for the oldest one at any time.
 void DelayBuffer::leave_list(uint32_t at) {
   const Place& place = places_[at];
   (place.older == none ? oldest_ : places_[place.older].younger) = place.younger;

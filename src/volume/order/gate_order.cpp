@@ -8,6 +8,7 @@ struct FaceCorner {
   unsigned face, corner;
 };
 
+// A bit for each.
 unsigned corners_of(const CellFace& face) {
   unsigned corners = 0;
   for (unsigned i = 0; i < face.size; ++i) corners |= 1u << face.corner[i];
@@ -77,6 +78,8 @@ class GatesOfBlock {
     return turns_.empty() || turns_[cell] == 0 ? nullptr : &turns_of(block_.type_of(cell))[turns_[cell]];
   }
 
+  // The cell comes: which of its faces are borders is noted in the order in which the coder has its faces,
+  // and the others wait behind all gates so far.
   void take(uint32_t cell) {
     is_out_[cell] = 1;
     order_.push_back(cell);
@@ -138,6 +141,7 @@ GateOrder gate_order(const Mesh& mesh, bool turned) {
   for (const CellBlock& block : mesh.blocks) {
     std::vector<uint64_t> order;
     std::vector<uint8_t> turns;
+    // Lines and vertices have no gates, and cells are numbered by 32 bits here.
     if (block.size() < no_cell && has_cells_of(block, 2)) {
       order.reserve(block.size());
       if (turned) turns.resize(block.size());

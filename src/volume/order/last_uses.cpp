@@ -74,6 +74,7 @@ Result<> LastUses::pass(MeshSource& mesh, uint64_t first_point, uint64_t points,
   return seen_.append(std::as_bytes(std::span(seen)));
 }
 
+// In the first pass only, as later ones see the same cells.
 void LastUses::note_types(const CellPiece& cells) {
   CellType& common = common_types_[0];
   for (const uint8_t number : cells.types) {
@@ -104,6 +105,7 @@ Result<> LastUses::count_in_use(MeshSource& mesh, uint64_t first_point, uint64_t
   return {};
 }
 
+// The changes of all ranges are added up by block, so that the sum over blocks is what is in use after each.
 Result<uint64_t> LastUses::most_in_use(MeshSource& mesh, const WorkingSpace& space) {
   std::vector<int64_t> changes(begins_.size());
   const uint64_t most_points = most_points_of(space);
@@ -148,6 +150,7 @@ Result<> LastUses::mark(uint64_t block, const CellPiece& cells, uint64_t first_p
   return first_point == 0 ? flags_.append(bits_) : flags_.write_at(begins_[block], bits_);
 }
 
+// A byte for each corner, as writers take flags.
 Result<> LastUses::read(uint64_t block, size_t corners, std::vector<uint8_t>& flags) {
   bits_.resize((corners + 7) / 8);
   MAILLE_CHECK(flags_.read_at(begins_[block], bits_));

@@ -18,6 +18,7 @@ Result<> agree(Ranks& ranks, const Result<>& mine, bool named) {
     told.put(static_cast<int32_t>(mine.error().code));
     told.put_string(mine.error().message);
   }
+  // Only the rank that failed first has anything to say.
   const Buffers all = to_all(ranks, told.bytes());
   ByteReader in(all[first]);
   const auto code = static_cast<ErrorCode>(in.get<int32_t>());
@@ -32,6 +33,7 @@ Buffers buffers_of(std::vector<ByteWriter>& to) {
   return buffers;
 }
 
+// A copy for each rank: what is told to all is small.
 Buffers to_all(Ranks& ranks, Bytes mine) {
   return ranks.exchange(Buffers(ranks.size(), std::vector<std::byte>(mine.begin(), mine.end())));
 }
@@ -54,6 +56,7 @@ uint64_t sum_of(Ranks& ranks, uint64_t mine) {
   return sum[0];
 }
 
+// One reduction of a list with a place for each rank.
 std::vector<uint64_t> sums_before(Ranks& ranks, uint64_t mine) {
   std::vector<uint64_t> numbers(ranks.size());
   numbers[ranks.rank()] = mine;

@@ -14,6 +14,7 @@ Directory Directory::make(Ranks& ranks, std::span<const uint64_t> keys_here, uin
   // Rounded up, so that the last key has an owner.
   const uint64_t share = keys / size + 1;
   const size_t record = sizeof(uint64_t) + payload_bytes;
+  // Counted first, so that no buffer grows: keys of all points go through here.
   std::vector<size_t> counts(size);
   for (const uint64_t key : keys_here) ++counts[key / share];
   Buffers to(size);
@@ -43,6 +44,7 @@ Directory Directory::make(Ranks& ranks, std::span<const uint64_t> keys_here, uin
   }
   const uint64_t distinct = all.places_.size();
   all.places_.push_back(all.entries_.size());
+  // Numbers of a rank follow those of the ranks before, as its keys do.
   all.firsts_ = sums_before(ranks, distinct);
   // Answers stand where the questions stood, so that no key is sent back.
   // Answers stand where the questions stood.
@@ -64,6 +66,8 @@ Directory Directory::make(Ranks& ranks, std::span<const uint64_t> keys_here, uin
   return all;
 }
 
+// The last rank whose first number is not above; ranks without numbers are passed over, as their first is
+// that of the next one.
 unsigned Directory::owner(uint64_t number) const {
   return static_cast<unsigned>(std::upper_bound(firsts_.begin(), firsts_.end(), number) - firsts_.begin()) -
          1;
@@ -117,6 +121,7 @@ Result<PointDirectory> PointDirectory::make(const RankPart& part, Ranks& ranks) 
   return points;
 }
 
+// Some rank's cells are enough.
 bool PointDirectory::is_used(size_t i) const {
   const auto all = directory_.of(i);
   return std::any_of(all.begin(), all.end(),

@@ -51,6 +51,7 @@ Array get_array(ByteReader& in) {
   return array;
 }
 
+// What all ranks must know of arrays and metadata, without any values but those of the mesh as a whole.
 std::vector<std::byte> pack(const Mesh& mesh) {
   ByteWriter out;
   put_array(out, make_array(mesh.points.name, Domain::point, mesh.points.type, 3, mesh.points.role));
@@ -76,6 +77,7 @@ Mesh unpack(Bytes bytes) {
   return mesh;
 }
 
+// Everything after relies on parts being valid, as one process relies on validate().
 Result<> check(const RankPart& part) {
   const auto bad = [](const std::string& what) { return failure(ErrorCode::malformed_input, what); };
   MAILLE_CHECK(validate(*part.mesh));
@@ -101,6 +103,7 @@ Result<> agree_on_arrays(const RankPart& part, Ranks& ranks, PartLayout& layout)
   if (nothing) return agree(ranks, {});
   const std::vector<std::string> mine = described(*part.mesh), theirs = described(layout.empty);
   Result<> alike;
+  // The first difference is told, so that a user sees which array to mend.
   for (size_t i = 0; i < std::max(mine.size(), theirs.size()) && alike; ++i) {
     const std::string here = i < mine.size() ? mine[i] : "nothing more";
     const std::string there = i < theirs.size() ? theirs[i] : "nothing more";
@@ -143,6 +146,7 @@ struct BlockOfRank {
   uint32_t number = 0;
 };
 
+// The blocks of all ranks that have cells, by rank: all ranks get the same list.
 std::vector<BlockOfRank> all_blocks(const RankPart& part, Ranks& ranks) {
   ByteWriter mine;
   put_blocks(part, mine);
@@ -213,6 +217,7 @@ Result<> agree_on_blocks(const RankPart& part, Ranks& ranks, PartLayout& layout)
 
 }  // namespace
 
+// An error of any rank is told to all before the next exchange.
 Result<PartLayout> agree_on_layout(const RankPart& part, Ranks& ranks) {
   MAILLE_CHECK(agree(ranks, check(part)));
   PartLayout layout;

@@ -23,6 +23,8 @@ void put_cell(ByteWriter& out, const CellBlock& block, uint64_t cell, const Numb
   for (const uint32_t size : faces) out.put_count(size);
 }
 
+// Each cell with its piece, its number, its block, its points and its values: whoever gets it needs nothing
+// else of this rank but values of points.
 Buffers packed_cells(const RankPart& part, const PartLayout& layout, const Numbers& points,
                      const Division& division, unsigned ranks) {
   std::vector<ByteWriter> to(ranks);
@@ -52,6 +54,7 @@ struct Arrival {
   const std::byte* tuple = nullptr;
 };
 
+// Cells are sorted before they are unpacked, so that only places of them are moved.
 void skip_cell(ByteReader& in) {
   in.get<uint8_t>();
   in.get_bytes(in.get_count() * sizeof(uint32_t));
@@ -79,6 +82,8 @@ std::vector<Arrival> arrivals(const Buffers& buffers, size_t tuple_bytes) {
   return all;
 }
 
+// Whether a block has faces, or sizes of its own, is decided by the layout of all ranks, not by what this
+// piece has.
 void append_cell(const Arrival& cell, const PartLayout::Block& block, CellBlock& to) {
   ByteReader in(cell.cell);
   const auto type = in.get<uint8_t>();
@@ -91,6 +96,7 @@ void append_cell(const Arrival& cell, const PartLayout::Block& block, CellBlock&
   to.cell_faces.push_back(to.face_sizes.size());
 }
 
+// As CellBlock has lists of offsets: they begin with 0.
 void begin_block(const PartLayout::Block& block, CellBlock& to) {
   to.name = block.name;
   to.type = block.type;
@@ -135,6 +141,7 @@ void give_arrays(const PartLayout& layout, PieceOfRank& piece) {
   }
 }
 
+// Cells stand by piece and number in `all`, so that pieces are stretches of it.
 std::vector<PieceOfRank> receive_cells(const RankPart& part, const PartLayout& layout,
                                        const PointDirectory& points, const Division& division, Ranks& ranks) {
   const Buffers buffers =

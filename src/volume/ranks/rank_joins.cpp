@@ -32,7 +32,7 @@ std::vector<uint32_t> coded_numbers(const PieceJoin& join, const PieceInWork& pi
   return numbers;
 }
 
-/// By piece its shared points.
+/// By piece its shared points: pieces of all ranks, in the first one.
 std::vector<std::vector<Shared>> unpack(const Buffers& buffers, uint32_t pieces) {
   std::vector<std::vector<Shared>> all(pieces);
   for (const auto& buffer : buffers) {
@@ -75,6 +75,7 @@ std::vector<std::vector<SharedPoint>> find_copies(const std::vector<std::vector<
 
 }  // namespace
 
+// Places without loss; where positions have a bound, those of the coded piece replace them.
 std::vector<PieceJoin> joins_of(const std::vector<PieceOfRank>& pieces) {
   std::vector<PieceJoin> joins;
   for (const PieceOfRank& piece : pieces) {

@@ -31,6 +31,7 @@ class Extremes {
       }
     }
   }
+  // Components without a finite number are left out.
   std::vector<std::byte> packed() const {
     ByteWriter out;
     for (const auto* side : {&low_, &high_}) {
@@ -76,6 +77,7 @@ class Offset {
     most_ = std::max(most_, offset);
     least_ = std::min(least_, offset);
   }
+  // One number for all if the largest and the least are the same. Ranks without elements have neither.
   std::optional<uint64_t> of_all(Ranks& ranks) const {
     std::array<uint64_t, 2> both = {most_, ~least_};
     ranks.largest(both);
@@ -138,6 +140,8 @@ class MapsChooser {
     const bool needs_range = stride > 1 && asked.tolerance.kind != Tolerance::Kind::lossless;
     ByteWriter mine;
     Extremes extremes(like);
+    // The same in all ranks: each of these follows from layout and options, so that all take part in the
+    // reduction below or none does.
     const bool may_be_numbered = !stream_.any_order && &like != &layout_.empty.points &&
                                  like.components == 1 && number_reader(like.type) != nullptr &&
                                  count >= fewest_numbered;

@@ -23,6 +23,7 @@ void put_range(ByteWriter& out, const ValueRange& range) {
   out.put(range.nans);
 }
 
+// A rank without the array has no components, or none with a number.
 void add_range(ByteReader& in, ValueRange& range) {
   const uint64_t components = in.get_count();
   if (range.components.size() < components) range.components.resize(components);
@@ -87,11 +88,13 @@ CellTotals sum_cells(const CellTotals& mine, Ranks& ranks) {
   return all;
 }
 
+// The report that one process would begin with: names and sizes of the whole mesh.
 EncodeReport begin_report(const RankPart& part, const PartLayout& layout, const StreamTail& tail,
                           Ranks& ranks) {
   EncodeReport report = report_of(*part.mesh);
   report.points = tail.points;
   report.cells = report.connectivity.elements = tail.cells;
+  // Cells are in one rank each, so that their bytes add up; points are counted by the directory instead.
   report.connectivity.raw_bytes = sum_of(ranks, report.connectivity.raw_bytes);
   const auto add = [&](const Array& array) {
     ArrayReport of_array = report_of(array);
@@ -107,6 +110,8 @@ EncodeReport begin_report(const RankPart& part, const PartLayout& layout, const 
 
 }  // namespace
 
+// Blocks are known from the layout, cells by type from a sum, ranges from all to all: the result is the same
+// in all ranks without any of them being asked twice.
 RankTotals count_among_ranks(const RankPart& part, const PartLayout& layout, const PointDirectory& points,
                              Ranks& ranks) {
   RankTotals totals;
@@ -149,6 +154,7 @@ void add_reports_of_ranks(const PieceCoding& coding, Ranks& ranks, EncodeReport&
     array.coded_bytes = sums[i + 2];
     array.maximum_error = bits_as<double>(errors[i]);
     array.bound = coding.maps.bounds[i];
+    // Bounds are those of the maps, which all ranks have alike; only errors differ.
     array.lossless = array.bound == 0;
     if (array.lossless) continue;
     const EncodeOptions& options = coding.options;

@@ -87,6 +87,7 @@ class RanksEncoder {
     return coding_.options.executor ? *coding_.options.executor : serial_executor();
   }
 
+  // As middles_of() of cut_cells.cpp: the same sums in the same order.
   std::vector<CellMiddle> middles(const Directory& cells) const {
     const std::vector<CutPosition> positions = cut_positions(part_.mesh->points, executor_of());
     std::vector<CellMiddle> middles;
@@ -169,6 +170,7 @@ class RanksEncoder {
         {sizes[0] + pieces_at[rank], pieces.bytes},
         {sizes[0] + pieces_at.back() + numbers_at[rank], numbers.bytes},
         {end, ends.back}};
+    // Every rank names the front and the back; those of others than the first are empty.
     MAILLE_CHECK(file_.write(parts, end + sizes[1]));
     MAILLE_CHECK(file_.commit());
     report.file_bytes = end + sizes[1];
@@ -222,6 +224,7 @@ class RanksEncoder {
     return records;
   }
 
+  // What this rank's pieces took is added to sizes that all know, then all are added up.
   EncodeReport sum_reports(uint64_t order_bytes) const {
     EncodeReport report = totals_.report;
     for (const PieceInWork& piece : coded_) add_report(piece.report, report);

@@ -35,6 +35,7 @@ struct Kept {
   }
 };
 
+// Values without positions, which steps do not have.
 Kept keep_points(const PointDirectory& points, const PartLayout& layout) {
   const size_t positions = layout.empty.points.tuple_size();
   Kept kept{&points.directory(), Tuples(layout.empty, Domain::point).size() - positions, {}};
@@ -147,6 +148,7 @@ class RanksAppender {
   }
 
  private:
+  // Every rank opens the file, and finds the same; each reads only the pieces that it codes.
   Result<> open() {
     target_ = MAILLE_TRY(open_for_step(before_, step_));
     if ((target_.file->header().required_features & in_pieces_feature) == 0)
@@ -206,6 +208,8 @@ class RanksAppender {
     return {};
   }
 
+  // All pieces of this rank at once: two exchanges for points and two for cells, however many pieces there
+  // are.
   void fetch_values(const Kept& of_points, const Kept& of_cells) {
     for (const auto& [domain, kept, elements] :
          {std::tuple(Domain::point, &of_points, &points_), std::tuple(Domain::cell, &of_cells, &cells_)}) {
@@ -242,6 +246,7 @@ class RanksAppender {
           fields_.push_back(coded.fields);
           return run.write_stream(key_of_step(number_, mine_[i]), coded.bytes);
         })));
+    // Sizes and sums of chunks: what the first rank's writer needs of them.
     records_.assign(run.records().begin(), run.records().end());
     return {};
   }
@@ -251,6 +256,7 @@ class RanksAppender {
     ranks_.add(report_.array_bytes);
     std::vector<uint64_t> errors(
         step_.errors.size());  // as bits, which rise with numbers that are not negative
+    // Bits of doubles that are not negative rise with them, so that the largest can be found as integers.
     std::copy_n(std::as_bytes(std::span(step_.errors)).begin(), errors.size() * sizeof(double),
                 std::as_writable_bytes(std::span(errors)).begin());
     ranks_.largest(errors);
@@ -276,6 +282,7 @@ class RanksAppender {
     return report_;
   }
 
+  // By the first rank alone; fields of pieces come by rank, and so in the order of pieces.
   Result<> write_end(const Buffers& records, const Buffers& fields, EndSink& end) {
     FileWriter writer = FileWriter::resume(end, target_.file->end(), target_.file->digest());
     for (const auto& run : records) MAILLE_CHECK(writer.count_chunks(run));

@@ -40,6 +40,8 @@ std::optional<std::array<double, 4>> coordinates(const std::array<Corner, 4>& co
   return found;
 }
 
+// In the order of the points, so that neighbours find the same middle of a face only to rounding: hence the
+// slack.
 Vector3 mean(const Mesh& mesh, std::span<const uint32_t> points) {
   Vector3 sum;
   for (const uint32_t point : points) sum = sum + point_position(mesh.points, point);

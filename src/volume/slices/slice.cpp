@@ -122,6 +122,7 @@ class Slicer {
     cells_.push_back(number);
   }
 
+  // Positions become doubles, as a crossing is at no float of the mesh; arrays keep their types.
   void take_points() {
     sliced_.points = make_array(mesh_.points.name, Domain::point, Scalar::f64, 3);
     interpolate(mesh_.points, sliced_.points);
