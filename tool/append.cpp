@@ -248,6 +248,7 @@ uint64_t bytes_of_files(const std::vector<Step>& steps) {
     std::error_code error;
     const bool folder = std::filesystem::is_directory(step.path, error);
     const uint64_t size = folder ? bytes_of_folder(step.path) : std::filesystem::file_size(step.path, error);
+    // Several steps may be in one file, which counts once.
     if (paths.insert(step.path).second && !error) bytes += size;
     if (folder && paths.size() == 1) bytes += bytes_of_case(std::filesystem::path(step.path).parent_path());
   }

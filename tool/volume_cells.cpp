@@ -29,6 +29,8 @@ DecodeOptions decoding_of(const VolumeOptions& options, const Threads& threads) 
 
 }  // namespace
 
+// The index tells how much the query needs, and that much more may be fetched: the limit guards against
+// surprises only.
 Result<> allow(const VolumeFile& file, const VolumeQuery& query, const Input& input) {
   if (input.remote == nullptr) return {};
   uint64_t bytes = 0;

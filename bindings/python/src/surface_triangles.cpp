@@ -62,10 +62,12 @@ class Collector {
       }
     } else if (type == CellType::triangle_strip) {
       for (size_t k = 0; k + 2 < points.size(); ++k) {
+        // Every other triangle of a strip runs the other way round.
         const bool turned = k % 2 == 1;
         add_triangle(points[k], points[k + (turned ? 2 : 1)], points[k + (turned ? 1 : 2)], number);
       }
     } else if (type == CellType::pixel) {
+      // VTK numbers the corners of a pixel row by row, not around it.
       const std::array<uint32_t, 4> around = {points[0], points[1], points[3], points[2]};
       add_fan(around, number);
     } else if (dimension_of(type) == 2) {

@@ -34,8 +34,8 @@ Executor* threads(unsigned count) {
 
 namespace {
 
-/// Of parts with so many cells, one behind the other, those whose middle is in the share of a process: all
-/// processes together have each once.
+/// The parts whose middle is in the share of one process, with the parts laid one behind the other by their
+/// numbers of cells. Each part goes to exactly one process, and shares are about equal.
 template <class Part, class CellsOf>
 Result<std::vector<Part>> share_of(const std::vector<Part>& parts, const Request& request, CellsOf cells_of) {
   std::vector<uint64_t> cells;
@@ -112,6 +112,7 @@ Result<Answer> read(const Source& source, const FileInfo& info, const Request& r
   }
   if (info.mode == Mode::random) return read_charts(source, request);
   if (info.mode == Mode::stream) return read_pieces(source, request);
+  // A file of mode single cannot be read in parts, so the first process has all of it.
   if (request.piece > 0) return Answer{};
   auto mesh = decode(source, request.options);
   if (!mesh) return tl::unexpected(std::move(mesh).error());

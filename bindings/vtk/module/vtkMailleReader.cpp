@@ -44,6 +44,7 @@ struct vtkMailleReader::State {
   bool is_poly_data() const {
     return info.mode == Mode::random || (info.cells > 0 && maille_vtk::fits_poly_data(info.types));
   }
+  /// The last step at or before a time, as VTK's readers do it; the first one for earlier times.
   uint64_t step_at(double time) const {
     uint64_t step = times.empty() ? 0 : times.front().step;
     for (const maille::FileTime& known : times) {
@@ -78,6 +79,8 @@ void vtkMailleReader::State::find_times() {
   times = maille::times_of(info);
   std::stable_sort(times.begin(), times.end(), [](const auto& a, const auto& b) { return a.time < b.time; });
   const auto same = [](const auto& a, const auto& b) { return a.time == b.time; };
+  // VTK's pipeline names steps by their times, so one of two steps with the same time could never be asked
+  // for.
   times.erase(std::unique(times.begin(), times.end(), same), times.end());
 }
 
@@ -243,6 +246,7 @@ bool vtkMailleReader::ReadDescription() {
     return false;
   }
   const std::string stamp = stamp_of(this->FileName);
+  // VTK calls this for each request of the pipeline; a file that did not change is not read again.
   const bool same = OfFile->name == this->FileName && OfFile->stamp == stamp;
   if (same && (!stamp.empty() || OfFile->remote)) return true;
   OfFile->remote.reset();
@@ -273,6 +277,7 @@ int vtkMailleReader::RequestDataObject(vtkInformation*, vtkInformationVector**,
     wanted = vtkSmartPointer<vtkUnstructuredGrid>::New();
   }
   vtkDataObject* const there = vtkDataObject::GetData(information);
+  // Replacing an output of the right type would make filters behind it run again.
   if (there && there->GetDataObjectType() == wanted->GetDataObjectType()) return 1;
   information->Set(vtkDataObject::DATA_OBJECT(), wanted);
   return 1;
@@ -341,6 +346,7 @@ int vtkMailleReader::RequestData(vtkInformation*, vtkInformationVector**, vtkInf
   request.options.executor = maille_vtk::threads(static_cast<unsigned>(this->NumberOfThreads));
   request.options.progress = [this](const maille::ProgressReport& report) {
     this->SetProgressText(report.stage);
+    // Converting the mesh takes the rest.
     this->UpdateProgress(0.9 * report.fraction);
     return !this->GetAbortExecute();
   };
@@ -349,6 +355,7 @@ int vtkMailleReader::RequestData(vtkInformation*, vtkInformationVector**, vtkInf
   auto answer = source ? maille_vtk::read(**source, OfFile->info, request)
                        : maille::Result<maille_vtk::Answer>(tl::unexpected(source.error()));
   if (!answer) {
+    // The user stopped it, which is no error.
     if (answer.error().code == maille::ErrorCode::cancelled) return 1;
     vtkErrorMacro(<< answer.error().message);
     this->SetErrorCode(vtkErrorCode::FileFormatError);

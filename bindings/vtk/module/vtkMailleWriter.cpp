@@ -134,6 +134,7 @@ int vtkMailleWriter::RequestData(vtkInformation* request, vtkInformationVector**
   }
   const int done = this->Superclass::RequestData(request, input, output);
   const bool failed = !done || this->GetErrorCode() != vtkErrorCode::NoError;
+  // The pipeline runs again with the next time, so only one time is in memory.
   if (!failed && Writing->is_series(*this) && ++Writing->next < Writing->times.size()) {
     request->Set(vtkStreamingDemandDrivenPipeline::CONTINUE_EXECUTING(), 1);
     return 1;
@@ -142,6 +143,7 @@ int vtkMailleWriter::RequestData(vtkInformation* request, vtkInformationVector**
   Writing->next = 0;
   if (failed || Writing->part.empty()) return failed ? 0 : 1;
   std::error_code error;
+  // A series is written under another name and appears when its last step is in it.
   std::filesystem::rename(Writing->part, this->FileName, error);
   if (error) return this->Fail(std::string(this->FileName) + ": " + error.message());
   Writing->part.clear();

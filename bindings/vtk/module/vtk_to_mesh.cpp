@@ -131,6 +131,8 @@ class Converter {
     }
     return true;
   }
+  /// Takes the blocks from the field data, where to_vtk() puts them. Filters may have removed cells since, so
+  /// the data are believed only if the numbers of cells add up and all types fit; false otherwise.
   bool add_known_blocks(uint64_t count) {
     auto* const sizes = data_.GetFieldData()->GetArray(vtk_blocks_name);
     auto* const names =
@@ -177,6 +179,8 @@ class Converter {
     }
     if (!block.face_sizes.empty()) block.cell_faces.resize(end - begin + 1, block.face_sizes.size());
   }
+  /// VTK lists the points of a polyhedron once and its faces apart; a mesh has the corners of the faces
+  /// instead.
   void add_polyhedron(CellBlock& block, uint64_t cell, uint64_t place) {
     auto* const grid = vtkUnstructuredGrid::SafeDownCast(&data_);
     if (!grid) return;
@@ -192,6 +196,7 @@ class Converter {
     }
   }
 
+  /// VTK says what an array means by making it an active attribute.
   Role role_of(vtkDataSetAttributes& attributes, vtkDataArray& array, Scalar type) const {
     if (&array == attributes.GetNormals()) return Role::normal;
     if (&array == attributes.GetTCoords()) return Role::texture_coordinate;
