@@ -6,6 +6,8 @@
 
 namespace maille {
 
+/// Reads a .msh file of version 2.x or 4.1, text or binary, whole. Errors: malformed_input with the line or
+/// byte, unsupported for other versions.
 Result<ReadResult> read_gmsh(const Source& source, const ReadOptions& options);
 /// Version 2.2 where the mesh came from a file of version 2, otherwise 4.1.
 Result<std::vector<std::string>> write_gmsh(const Mesh& mesh, Sink& sink, const WriteOptions& options);
@@ -14,8 +16,9 @@ Result<std::vector<std::string>> write_gmsh(const Mesh& mesh, Sink& sink, const 
 /// and some bytes for each time the type or the group changes.
 Result<std::vector<std::string>> write_gmsh(MeshSource& mesh, Sink& sink, const WriteOptions& options);
 
-/// An element type of Gmsh: node i of the cell is node order[i] of the element; the same where `order` is
-/// empty.
+/// An element type of Gmsh. Node i of the cell is node order[i] of the element; the two are the same where
+/// `order` is empty. `order` is therefore the direction of reading: writers place node k of the cell at
+/// order[k].
 struct GmshType {
   int32_t number;
   CellType type;
@@ -26,12 +29,14 @@ struct GmshType {
 const GmshType* gmsh_type(CellType type, size_t nodes);
 const GmshType* gmsh_type(int64_t number);
 
-/// 2 or 4, as what a file with this number in its header is read; 0: not at all.
+/// The way in which a file with this number in its header is read: 2 or 4. 0 means not at all: versions 1, 3
+/// and 4.0 have other sections. The bounds of 4.1 are loose because the number comes from text as a double.
 inline int gmsh_version(double number) {
   return number >= 2 && number < 3 ? 2 : number > 4.05 && number < 4.2 ? 4 : 0;
 }
 
-// Arrays and metadata that hold what Gmsh knows of elements.
+// Arrays and metadata that hold what Gmsh knows of elements, so that a file read and written again keeps its
+// tags and numbers.
 inline constexpr char gmsh_physical_name[] = "gmsh:physical";
 inline constexpr char gmsh_geometrical_name[] = "gmsh:geometrical";
 inline constexpr char gmsh_node_name[] = "gmsh:node";

@@ -7,6 +7,8 @@
 
 namespace maille {
 
+// The header's line "VERSION KIND SIZE". In a binary file the int 1 stands behind it, which tells the byte
+// order.
 Result<> GmshReader::read_format() {
   Number version;
   int64_t binary = 0, size = 0;
@@ -32,6 +34,8 @@ Result<> GmshReader::read_format() {
   return {};
 }
 
+// The rest of the line, without the quotes around it. A name may hold quotes itself: only the outermost are
+// taken off.
 Result<std::string> GmshReader::quoted() {
   in_.scanner.skip_blanks();
   std::string_view rest = trim(in_.scanner.rest_of_line());
@@ -70,6 +74,7 @@ Result<> GmshReader::read_point() {
 Result<> GmshReader::read_nodes_2() {
   const uint64_t count = MAILLE_TRY(in_.count("nodes"));
   if (binary_) in_.scanner.skip_line();
+  // This is checked before anything is kept, as elements already read point into the first section.
   if (has_nodes_ || count > max_points)
     return malformed("there are two sections of nodes, or 2^32 nodes and more");
   for (uint64_t i = 0; i < count; ++i) {
@@ -86,6 +91,7 @@ Result<> GmshReader::read_nodes_2() {
 
 Result<> GmshReader::add_element(const GmshType& type, int64_t number, int64_t physical,
                                  int64_t geometrical) {
+  // 27 is the number of nodes of the largest element in gmsh_types.cpp.
   uint32_t found[27];
   for (unsigned k = 0; k < type.nodes; ++k) {
     int64_t node = 0;
@@ -97,6 +103,7 @@ Result<> GmshReader::add_element(const GmshType& type, int64_t number, int64_t p
                        ", which is not there");
     found[k] = static_cast<uint32_t>(place);
   }
+  // Nodes are gathered first, because the reordering looks both ahead and back.
   for (unsigned k = 0; k < type.nodes; ++k)
     cells_.nodes.push_back(found[type.order.empty() ? k : type.order[k]]);
   elements_.add(number);
@@ -107,6 +114,8 @@ Result<> GmshReader::add_element(const GmshType& type, int64_t number, int64_t p
   return {};
 }
 
+// In text each element has a head of its own. In binary a head stands before any number of elements of the
+// same type and the same number of tags, and each element repeats its number only.
 Result<> GmshReader::read_elements_2() {
   const uint64_t count = MAILLE_TRY(in_.count("elements"));
   if (binary_) in_.scanner.skip_line();
@@ -121,11 +130,14 @@ Result<> GmshReader::read_elements_2() {
     if (type == nullptr)
       return malformed("element type " + std::to_string(type_number) +
                        " cannot be read; types up to second order can");
+    // A head of no elements would make this loop endless, so it counts as malformed.
     if (follow < 1 || static_cast<uint64_t>(follow) > count - i || tags < 0)
       return malformed("the number of elements or tags is out of range");
     for (int64_t k = 0; k < follow; ++k, ++i) {
       MAILLE_CHECK(pace_.step(i, count, (type->nodes + 6) * sizeof(uint32_t), in_.scanner.position()));
       if (binary_ && !integer(number)) return expected("the number of an element");
+      // By convention the first tag is the physical group and the second the entity of the geometry; the
+      // others are partitions.
       int64_t physical = 0, geometrical = 0, more = 0;
       for (int64_t tag = 0; tag < tags; ++tag) {
         if (!integer(tag == 0 ? physical : tag == 1 ? geometrical : more))
@@ -138,7 +150,8 @@ Result<> GmshReader::read_elements_2() {
   return {};
 }
 
-/// Kept as text, up to its end.
+/// Kept as text, up to its end, and written back unchanged: a mesh has no place for periodicity. Binary
+/// sections are left out, as their bytes would not survive as metadata.
 Result<> GmshReader::read_periodic() {
   if (binary_) {
     notes_.push_back("section Periodic left out");
@@ -152,6 +165,8 @@ Result<> GmshReader::read_periodic() {
   return skip_section("Periodic");
 }
 
+// The head is three lists, each behind its length: texts (the name), numbers (the time), and whole numbers
+// (step, components, entries).
 Result<GmshReader::DataHead> GmshReader::read_data_head() {
   DataHead head;
   const uint64_t texts = MAILLE_TRY(in_.count("texts"));
@@ -202,6 +217,7 @@ Result<> GmshReader::read_values(const DataHead& head, const NumberIndex& index,
 
 Result<> GmshReader::read_data(Domain domain) {
   DataHead head = MAILLE_TRY(read_data_head());
+  // Gmsh writes one section for each step of time under the same name; a mesh wants names that differ.
   const auto same = [&](const Array& array) { return array.domain == domain && array.name == head.name; };
   if (std::any_of(arrays_.begin(), arrays_.end(), same))
     head.name += " (step " + std::to_string(head.step) + ")";
@@ -212,6 +228,7 @@ Result<> GmshReader::read_data(Domain domain) {
   Array array = make_array(head.name, domain, Scalar::f64, static_cast<uint32_t>(head.components));
   array.resize(count);
   const std::span<double> values = array.values<double>();
+  // A file may have data for some elements only; the others have no value, and zero would be one.
   std::fill(values.begin(), values.end(), std::numeric_limits<double>::quiet_NaN());
   MAILLE_CHECK(read_values(head, index, values));
   if (static_cast<uint64_t>(head.entries) < count) {
@@ -222,6 +239,8 @@ Result<> GmshReader::read_data(Domain domain) {
   return {};
 }
 
+// Finds the end by its name. In text it moves by lines, so that the line numbers of later errors stay right;
+// binary data would be broken into lines for nothing.
 Result<> GmshReader::skip_section(const std::string& name) {
   const size_t at = static_cast<size_t>(in_.scanner.here() - text_.data());
   const size_t end = text_.find("$End" + name, at);
@@ -231,6 +250,7 @@ Result<> GmshReader::skip_section(const std::string& name) {
   return {};
 }
 
+// "$NOD" is how files of version 1 begin, which have no $MeshFormat.
 Result<> GmshReader::read_section(const std::string& name) {
   if (name == "NOD" && version_ == 0) {
     return failure(ErrorCode::unsupported,
@@ -258,6 +278,7 @@ Result<> GmshReader::read_section(const std::string& name) {
   return skip_section(name);
 }
 
+// Adds only those arrays that say something: numbers from 1 on and tags that are all zero are not kept.
 void GmshReader::add_tags(Mesh& mesh) {
   const auto add = [&](const char* name, Domain domain, Scalar type, const auto& values) {
     Array array = make_array(name, domain, type, 1);
@@ -278,6 +299,7 @@ Result<ReadResult> GmshReader::read() {
   in_.scanner.skip_byte_order_mark();
   while (!in_.at_end()) {
     const std::string word(in_.word());
+    // Fluent's meshes are called .msh too, and begin with a bracket.
     if (version_ == 0 && word.starts_with('(')) {
       return failure(
           ErrorCode::unsupported,
@@ -288,6 +310,7 @@ Result<ReadResult> GmshReader::read() {
     const std::string name = word.substr(1);
     in_.scanner.skip_line();
     MAILLE_CHECK(read_section(name));
+    // A section that is longer than its count says would otherwise be read as the next one's name.
     if (std::string(in_.word()) != "$End" + name)
       return in_.malformed("there should be $End" + name.substr(0, 40) +
                            "; the section is longer than it says");

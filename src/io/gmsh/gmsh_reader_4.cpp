@@ -3,6 +3,7 @@
 
 namespace maille {
 
+// Reads over the partitions and the ghosts; the partition of an element is not kept.
 Result<> GmshReader::read_partitions() {
   int64_t partitions = 0, ghosts = 0, value = 0;
   if (!size(partitions) || !size(ghosts)) return expected("the numbers of partitions and ghosts");
@@ -32,6 +33,7 @@ Result<> GmshReader::read_entities(bool partitioned) {
   }
   for (int dimension = 0; dimension < 4; ++dimension) {
     for (int64_t i = 0; i < counts[dimension]; ++i) {
+      // 64 bytes stand for a node of the map with its vector; the number is estimated, not measured.
       MAILLE_CHECK(budget_.take(1, 64));
       int64_t tag = 0, groups = 0, group = 0;
       double box = 0;
@@ -40,6 +42,7 @@ Result<> GmshReader::read_entities(bool partitioned) {
       for (int k = 0; k < (dimension == 0 ? 3 : 6); ++k) {
         if (!real(box)) return expected("the box of an entity");
       }
+      // A later section of partitioned entities replaces what Entities said of the same tag.
       std::vector<int64_t>& physical = entities_[{dimension, tag}];
       physical.clear();
       if (!size(groups)) return expected("the number of groups of an entity");
@@ -62,6 +65,7 @@ Result<> GmshReader::read_nodes_4() {
   for (int64_t& value : head) {
     if (!size(value)) return expected("the numbers of blocks and nodes");
   }
+  // The head has the numbers of blocks and nodes, and the least and largest number, which are not needed.
   if (has_nodes_ || head[1] < 0 || static_cast<uint64_t>(head[1]) > max_points)
     return malformed("there are two sections of nodes, or 2^32 nodes and more");
   const auto total = static_cast<uint64_t>(head[1]);
@@ -77,8 +81,11 @@ Result<> GmshReader::read_nodes_4() {
       if (!size(number)) return expected("the number of a node");
       nodes_.add(number);
     }
+    // A hostile head may announce 2^63 empty blocks: the loop has to end with the file.
     if (count == 0 && in_.scanner.at_end()) return expected("more blocks of nodes");
+    // A node on a curve has one parameter, on a surface two, in a volume three.
     const int64_t more = parametric != 0 ? std::clamp<int64_t>(dimension, 0, 3) : 0;
+    // In version 4.1 all numbers of a block come first, then all its coordinates.
     for (uint64_t i = first; i < nodes_.size(); ++i) {
       MAILLE_CHECK(read_point());
       double skipped = 0;
@@ -107,6 +114,8 @@ Result<> GmshReader::read_elements_4() {
     if (type == nullptr)
       return malformed("element type " + std::to_string(type_number) +
                        " cannot be read; types up to second order can");
+    // In version 4 the elements of a block belong to an entity, and physical groups belong to entities, not
+    // to elements.
     const auto entity = entities_.find({static_cast<int>(dimension), tag});
     const bool grouped = entity != entities_.end() && !entity->second.empty();
     const int64_t physical = grouped ? entity->second[0] : 0;
@@ -115,6 +124,7 @@ Result<> GmshReader::read_elements_4() {
                        " is in " + std::to_string(entity->second.size()) +
                        " physical groups; its elements keep the first");
     }
+    // As with nodes: empty blocks without end must not keep this loop going.
     if (count <= 0 && in_.scanner.at_end()) return expected("more blocks of elements");
     for (int64_t i = 0; i < count; ++i) {
       MAILLE_CHECK(pace_.step(static_cast<uint64_t>(i), static_cast<uint64_t>(count),

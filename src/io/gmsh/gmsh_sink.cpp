@@ -13,6 +13,8 @@
 namespace maille {
 namespace {
 
+// In binary version 2.2 a node is its number (4 bytes) and three doubles. An element is written with a head
+// of its own: type, 1, number of tags, its number, and two tags.
 constexpr uint64_t node_bytes = 28;
 constexpr uint64_t element_bytes = 24;  ///< and 4 for each node
 
@@ -33,6 +35,8 @@ class GmshSink final : public MeshSink {
     uint64_t at = 0;
     uint32_t components = 0;  ///< as Gmsh has them: 1, 3 or 9; 0: tags
   };
+  // The tags of the stretch of cells that is written next. The caller writes the tag arrays of a stretch
+  // before its cells, since tags stand inside the elements.
   struct Tags {
     uint64_t first = 0;
     std::vector<int64_t> values;
@@ -48,6 +52,7 @@ class GmshSink final : public MeshSink {
     return file_.write_at(at, std::as_bytes(std::span(text.data(), text.size())));
   }
   Result<> write_values(const Array& array, const Column& column, uint64_t first, Bytes tuples);
+  /// Must be asked for cells in rising order, as the block moves along with them.
   int32_t physical_of(uint64_t cell, CellType type);
   tl::unexpected<Error> unsupported(const std::string& what) const {
     return failure(ErrorCode::unsupported, file_.path() + ": " + what);
@@ -60,6 +65,7 @@ class GmshSink final : public MeshSink {
   std::vector<Column> columns_;
   Tags physical_, geometrical_;
   uint64_t cells_ = 0;
+  /// The block that physical_of() is at is the one before `block_`, and `block_end_` is its end in cells.
   size_t block_ = 0;
   uint64_t block_end_ = 0;
 };
@@ -70,8 +76,9 @@ GmshSink::Tags* GmshSink::tags_of(const Array& array) {
   return array.name == gmsh_geometrical_name ? &geometrical_ : nullptr;
 }
 
-/// A group for each name of a block, in all dimensions its cells could have; those of the file it came from
-/// keep their numbers.
+/// A group for each name of a block, in all dimensions its cells could have: what a mixed block holds is not
+/// known before its cells come, so a group may stay empty. Groups of the file it came from keep their
+/// numbers.
 void GmshSink::put_names(std::string& head) {
   std::map<std::pair<int, int32_t>, std::string> names;
   int32_t last = 0;
@@ -113,12 +120,15 @@ const char* end_of(const Array& array) {
 }
 
 Result<> GmshSink::choose_columns() {
+  // Values follow the elements, one section for each array; with the counts known every section has a fixed
+  // length.
   uint64_t at = elements_end_ + std::string_view("\n$EndElements\n").size();
   for (const Array& array : description_.arrays) {
     Column& column = columns_.emplace_back();
     if (tags_of(array) != nullptr) continue;
     if (array.components > 9)
       return unsupported("array \"" + array.name + "\" has more than nine components");
+    // Gmsh knows values of 1, 3 and 9 numbers; what is missing is filled with zeros.
     column.components = array.components == 1 ? 1 : array.components <= 3 ? 3 : 9;
     const std::string head = head_of(array, column.components);
     column.at = at + head.size();
@@ -154,6 +164,7 @@ Result<> GmshSink::check() const {
 
 Result<> GmshSink::open() {
   MAILLE_CHECK(check());
+  // Larger meshes are for the writer of whole meshes, which has version 4.1.
   if (description_.points > INT32_MAX || description_.cells > INT32_MAX)
     return unsupported("version 2.2 of the format has numbers of 31 bits");
   MAILLE_CHECK(file_.open());
@@ -169,6 +180,7 @@ Result<> GmshSink::open() {
   const uint64_t at = nodes_at_ + node_bytes * description_.points;
   MAILLE_CHECK(put_text(at, between));
   next_element_ = at + between.size();
+  // The description has to know the number of corners for this; commit() finds out when it was wrong.
   elements_end_ = next_element_ + element_bytes * description_.cells + 4 * description_.corners;
   MAILLE_CHECK(put_text(elements_end_, "\n$EndElements\n"));
   return choose_columns();
@@ -215,6 +227,7 @@ Result<> GmshSink::write_cells(const CellPiece& cells) {
     for (const int32_t value : {type->number, 1, 2, static_cast<int32_t>(cells_ + 1), physical,
                                 static_cast<int32_t>(geometrical_.of(cells_))})
       out.put(value);
+    // Writing goes the other way than reading: node k of the cell is put where `order` says it was read from.
     int32_t placed[27] = {};
     for (unsigned k = 0; k < type->nodes; ++k)
       placed[type->order.empty() ? k : type->order[k]] = static_cast<int32_t>(nodes[k] + 1);
@@ -241,6 +254,7 @@ Result<> GmshSink::write_values(const Array& array, const Column& column, uint64
   return file_.write_at(column.at + first * (4 + 8 * uint64_t{column.components}), out.bytes());
 }
 
+// Tags wait in memory for the cells they belong to; other values go to their place in the file at once.
 Result<> GmshSink::write_array(size_t array, uint64_t first, Bytes tuples) {
   const Array& described = description_.arrays[array];
   const uint64_t count = tuples.size() / described.tuple_size(), all = description_.count_of(described);

@@ -45,6 +45,8 @@ class GmshSource final : public MeshSource {
   Result<> read_array(size_t array, uint64_t first, uint64_t count, std::span<std::byte> out) override;
 
  private:
+  // A file that changes its type with every element would need a run for each of them; such a file is read
+  // whole instead. The number was chosen, not swept.
   static constexpr size_t most_runs = size_t{1} << 20;
   enum class Kind { physical, geometrical, element, values };
   struct Column {
@@ -109,6 +111,7 @@ class GmshSource final : public MeshSource {
   bool elements_in_order_ = true, any_physical_ = false, any_geometrical_ = false;
 };
 
+// The line of text that announces how many things follow, in an otherwise binary file.
 Result<uint64_t> GmshSource::count_line(const char* what) {
   const std::string text = MAILLE_TRY(in_.line());
   char* end = nullptr;
@@ -118,7 +121,8 @@ Result<uint64_t> GmshSource::count_line(const char* what) {
   return static_cast<uint64_t>(count);
 }
 
-/// A count whose elements are really there.
+/// A count whose elements are really there: the file has at least `each` bytes for every one. This has to be
+/// known before anything is sized by the count.
 Result<uint64_t> GmshSource::check_room(int64_t count, uint64_t each) const {
   if (count < 0 || static_cast<uint64_t>(count) > in_.left() / each)
     return malformed("there are fewer elements in the file than it says");
@@ -135,6 +139,7 @@ Result<> GmshSource::read_format() {
   if (version_ == 0 || binary != 1 || size != 8)
     return unsupported("it is no binary file of version 2 or 4.1");
   description_.metadata.emplace_back(gmsh_version_key, version_ == 2 ? "2.2" : "4.1");
+  // Not swapped yet: this number is what tells the byte order.
   const auto one = MAILLE_TRY(in_.take<int32_t>(false));
   swapped_ = one != 1;
   return one == 1 || one == 0x01000000
@@ -165,10 +170,12 @@ Result<> GmshSource::read_entities() {
   for (int64_t& count : counts) count = MAILLE_TRY(size());
   for (int dimension = 0; dimension < 4; ++dimension) {
     for (int64_t i = 0; i < counts[dimension]; ++i) {
+      // 64 bytes stand for a node of the map; the number is estimated, not measured.
       MAILLE_CHECK(budget_.take(1, 64));
       const int64_t tag = MAILLE_TRY(integer());
       in_.jump(in_.position() + (dimension == 0 ? 3 : 6) * sizeof(double));
       const uint64_t groups = MAILLE_TRY(check_room(MAILLE_TRY(size()), 4));
+      // As in the reader of whole files, an entity in several groups keeps the first.
       for (uint64_t k = 0; k < groups; ++k) {
         const int64_t group = MAILLE_TRY(integer());
         if (k == 0) groups_[{dimension, tag}] = group;
@@ -181,6 +188,8 @@ Result<> GmshSource::read_entities() {
   return {};
 }
 
+// Counts the nodes by their numbers. Only with 1, 2, 3, ... can an element's node be found later without a
+// table of all numbers in memory.
 Result<> GmshSource::check_node(int64_t number) {
   if (number == static_cast<int64_t>(description_.points) + 1) {
     ++description_.points;
@@ -192,6 +201,7 @@ Result<> GmshSource::check_node(int64_t number) {
 Result<> GmshSource::read_nodes_2() {
   const uint64_t count = MAILLE_TRY(count_line("nodes"));
   MAILLE_CHECK(check_room(static_cast<int64_t>(std::min<uint64_t>(count, INT64_MAX)), 28));
+  // 28 bytes each: the number of 4 bytes, then the coordinates, where the run begins.
   nodes_.push_back({0, count, in_.position() + 4, 28});
   for (uint64_t i = 0; i < count; ++i) {
     MAILLE_CHECK(check_node(MAILLE_TRY(integer())));
@@ -222,7 +232,8 @@ std::string GmshSource::name_of_group(CellType type, int64_t physical) const {
   return found == names_.end() ? "" : found->second;
 }
 
-/// Looks at numbers and tags.
+/// Looks at numbers and tags of all elements once, so that the arrays of the description are the ones
+/// read_gmsh() would keep.
 Result<> GmshSource::pass_elements(const ElementRun& run) {
   for (uint64_t i = 0; i < run.count; ++i) {
     in_.jump(run.at + i * run.stride);
@@ -238,7 +249,8 @@ Result<> GmshSource::pass_elements(const ElementRun& run) {
   return {};
 }
 
-/// Behind the one before where it goes on as that one does.
+/// Joined to the run before where it goes on as that one does, so that a file with a head before each element
+/// still makes few runs.
 Result<> GmshSource::add_run(ElementRun run) {
   run.first = description_.cells;
   run.first_corner = description_.corners;
@@ -249,7 +261,8 @@ Result<> GmshSource::add_run(ElementRun run) {
     ElementRun& last = elements_.back();
     const bool same = last.type == run.type && last.tags == run.tags && last.physical == run.physical &&
                       last.geometrical == run.geometrical;
-    // Version 2 often has a head before each element.
+    // Version 2 often has a head before each element: the step from one element to the next is then longer
+    // than the element, but the same for all. The first two elements tell the step.
     const uint64_t step = last.count == 1 ? run.at - last.at : last.stride;
     if (same && run.count == 1 && run.at == last.at + last.count * step && version_ == 2) {
       last.stride = step;
@@ -269,6 +282,7 @@ Result<> GmshSource::read_elements_2() {
                   tags = MAILLE_TRY(integer());
     const GmshType* const type = gmsh_type(number);
     if (type == nullptr) return malformed("element type " + std::to_string(number) + " cannot be read");
+    // The bound keeps the length of an element within 32 bits; the number was chosen, not swept.
     if (tags < 0 || tags > 1 << 20 || follow < 1 ||
         static_cast<uint64_t>(follow) > count - description_.cells)
       return malformed("the number of elements or tags is out of range");
@@ -305,6 +319,8 @@ Result<> GmshSource::read_elements_4() {
 
 /// Values of all nodes or elements, in their order; others are read whole.
 Result<> GmshSource::read_data(Domain domain) {
+  // The head is three lists of lines. Each is cut or filled to four lines below, so that the first text, the
+  // first number and the whole numbers have fixed places: line 0, line 4, and lines 8 on.
   std::vector<std::string> lines;
   for (int part = 0; part < 3; ++part) {
     const uint64_t count = MAILLE_TRY(count_line("lines"));
@@ -324,6 +340,7 @@ Result<> GmshSource::read_data(Domain domain) {
   const uint64_t stride = 4 + 8 * static_cast<uint64_t>(components);
   MAILLE_CHECK(check_room(entries, stride));
   const auto same = [&](const Array& array) { return array.domain == domain && array.name == name; };
+  // Values that stand in another order would need a table of places; such files are read whole.
   if (static_cast<uint64_t>(entries) != elements || !elements_in_order_ ||
       std::any_of(value_arrays_.begin(), value_arrays_.end(), same))
     return unsupported("its data are not for all elements in their order");
@@ -350,6 +367,8 @@ Result<> GmshSource::skip_section(const std::string& name) {
   return malformed("$End" + name + " is missing");
 }
 
+// Passes over all sections once. Whatever this reading cannot do ends as `unsupported`, upon which the caller
+// reads the file whole.
 Result<> GmshSource::open() {
   bool nodes = false, elements = false;
   while (!in_.at_end()) {
@@ -379,6 +398,7 @@ Result<> GmshSource::open() {
     } else {
       return unsupported("it has sections that are not known");
     }
+    // Behind binary data Gmsh writes a line's end before the section's end; behind text there is none.
     std::string end = MAILLE_TRY(in_.line());
     if (end.empty()) end = MAILLE_TRY(in_.line());
     if (end != "$End" + name) return malformed("there should be $End" + name);
@@ -416,6 +436,7 @@ Result<> GmshSource::read_points(uint64_t first, uint64_t count, std::span<std::
     const uint64_t here = std::min(count, run.first + run.count - first);
     bytes.resize((here - 1) * run.stride + 24);
     MAILLE_CHECK(source_.read_at(run.at + (first - run.first) * run.stride, bytes));
+    // The stride leaves out the numbers that stand between coordinates in version 2.
     for (uint64_t i = 0; i < here; ++i) std::copy_n(bytes.data() + i * run.stride, 24, out.data() + 24 * i);
     out = out.subspan(24 * here);
     first += here;
@@ -427,11 +448,14 @@ Result<> GmshSource::read_points(uint64_t first, uint64_t count, std::span<std::
   return {};
 }
 
-/// Calls visit(run, bytes of the element) for each.
+/// Calls visit(run, bytes of the element) for each. The bytes of a run are read at once, heads between
+/// elements included.
 template <class Visit>
 Result<> GmshSource::visit_elements(uint64_t first, uint64_t count, Visit visit) {
   if (count > description_.cells || first > description_.cells - count)
     return failure(ErrorCode::usage, source_.name() + ": more cells were asked for than there are");
+  // Runs follow each other in the order of cells, so the first one is found by halving; empty runs are
+  // stepped over in the loop.
   auto run = std::upper_bound(elements_.begin(), elements_.end(), first,
                               [](uint64_t cell, const ElementRun& r) { return cell < r.end(); });
   std::vector<std::byte> bytes;
@@ -456,6 +480,7 @@ Result<> GmshSource::read_cells(uint64_t first, uint64_t count, CellPiece& out) 
   return visit_elements(first, count, [&](const ElementRun& run, const std::byte* bytes) -> Result<> {
     for (unsigned k = 0; k < run.type->nodes; ++k) {
       const unsigned place = run.type->order.empty() ? k : run.type->order[k];
+      // Numbers below 1 wrap around to large ones, so one comparison finds both kinds of wrong numbers.
       const auto node = static_cast<uint64_t>(integer_at(bytes + run.nodes_at + place * size)) - 1;
       if (node >= description_.points) {
         return failure(ErrorCode::malformed_input, source_.name() + ": an element uses node " +

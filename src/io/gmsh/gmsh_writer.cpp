@@ -14,23 +14,27 @@
 namespace maille {
 namespace {
 
+// Points, cells or values that are read from the mesh at once; the number was chosen, not swept.
 constexpr uint64_t at_once = 4096;
 /// Elements of version 4 stand in blocks of one type and entity, no longer than this: so many are held.
 constexpr size_t most_in_block = size_t{1} << 16;
 
 using Group = std::pair<int, int64_t>;  // dimension and tag
 
+// Names stand in lines of their own, so line ends inside them become blanks.
 std::string in_one_line(std::string text) {
   std::replace_if(
       text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
   return text;
 }
 
+// Arrays that are written as tags and numbers of elements, not as data.
 bool is_tag(const Array& array) {
   return array.name == gmsh_physical_name || array.name == gmsh_geometrical_name ||
          array.name == gmsh_node_name || array.name == gmsh_element_name;
 }
 
+// Gmsh has values of at most nine numbers, on nodes and elements.
 bool has_place(const Array& array) {
   return (array.domain == Domain::point || array.domain == Domain::cell) && array.components <= 9;
 }
@@ -98,6 +102,8 @@ class GmshWriter {
   }
   void put_nodes_of(const Element& element);
   void end(const char* section) { out_.put((binary_ ? "\n$End" : "$End") + std::string(section) + "\n"); }
+  /// The index of an array in the description; integers() wants it to be one whole number for each element as
+  /// well.
   std::optional<size_t> find(const char* name, Domain domain) const;
   std::optional<size_t> integers(const char* name, Domain domain) const;
   int64_t node_number(uint64_t point) const {
@@ -116,6 +122,7 @@ class GmshWriter {
   uint64_t elements_ = 0, dropped_ = 0;
   std::map<Group, std::string> names_;
   std::map<std::pair<int, std::string>, int64_t> tags_;  ///< of names
+  /// The largest tag of an entity in use, for each dimension.
   std::map<int, int32_t> last_entity_;
   std::map<std::pair<int, std::pair<int32_t, int32_t>>, int32_t> entity_of_;  ///< of group and entity
   std::map<Group, int64_t> entities_;                                         ///< their physical groups
@@ -159,6 +166,7 @@ Result<std::vector<int64_t>> GmshWriter::numbers(const char* name, Domain domain
   MAILLE_CHECK(load_column(column, 0, description_.count_of(description_.arrays[*column.array])));
   std::vector<int64_t> sorted = column.values;
   std::sort(sorted.begin(), sorted.end());
+  // 31 bits, as numbers are 32-bit integers in version 2 and in the sections of data.
   const bool positive = sorted.empty() || (sorted.front() > 0 && sorted.back() <= INT32_MAX);
   if (positive && std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end()) return column.values;
   notes_.push_back(std::string("array \"") + name +
@@ -166,8 +174,8 @@ Result<std::vector<int64_t>> GmshWriter::numbers(const char* name, Domain domain
   return std::vector<int64_t>();
 }
 
-/// Calls visit(element, row) -> Result<> for each cell that Gmsh has a type for, `row` in the piece it came
-/// with.
+/// Calls visit(element) -> Result<> for each cell that Gmsh has a type for, in the order of the mesh. Reads
+/// the mesh anew each time, with the tags of the same stretch of cells.
 template <class Visit>
 Result<> GmshWriter::visit_elements(Visit visit) {
   CellPiece piece;
@@ -185,6 +193,7 @@ Result<> GmshWriter::visit_elements(Visit visit) {
       if (element.type == nullptr) continue;
       element.cell = first + i;
       ++next;
+      // Cells left out get no number, so that numbers without an array of their own run from 1 to n.
       element.number = static_cast<int64_t>(element_numbers_.empty() ? static_cast<int64_t>(next)
                                                                      : element_numbers_[element.cell]);
       element.physical = static_cast<int32_t>(physical_.of(i));
@@ -207,12 +216,15 @@ Result<> GmshWriter::find_columns() {
     names_[{std::atoi(rest.c_str()), std::atoll(rest.c_str() + dot + 1)}] = name;
   }
   physical_.array = integers(gmsh_physical_name, Domain::cell);
+  // A reference of MEDIT is what a physical group is in Gmsh; it is taken where the mesh has no groups
+  // otherwise.
   if (!physical_.array && names_.empty()) physical_.array = integers("medit:ref", Domain::cell);
   for (const auto& [group, name] : names_) tags_.emplace(std::pair(group.first, name), group.second);
   return {};
 }
 
-/// Physical groups from their array, or a group for each name of a block and dimension.
+/// Takes physical groups from their array, or makes a group for each name of a block and dimension. This is
+/// also the pass that counts elements and finds the largest tag of entities.
 Result<> GmshWriter::choose_groups() {
   for (const auto& block : description_.blocks)
     block_ends_.push_back((block_ends_.empty() ? 0 : block_ends_.back()) + block.cells);
@@ -227,6 +239,8 @@ Result<> GmshWriter::choose_groups() {
     largest = std::max(largest, element.geometrical);
     ++elements_;
     if (physical_.array) {
+      // A negative tag stands for the same group, turned over. A group of the array that has no name yet gets
+      // that of the block its cells are in.
       const int64_t tag = std::abs(int64_t{element.physical});
       if (tag != 0 && !name.empty()) names_.try_emplace({dimension, tag}, name);
       return {};
@@ -249,7 +263,8 @@ int32_t GmshWriter::physical_of(const Element& element) const {
   return found == tags_.end() ? 0 : static_cast<int32_t>(found->second);
 }
 
-/// Version 4 gives groups to entities, not to elements: an entity for each group of each entity.
+/// Version 4 gives groups to entities, not to elements: an entity for each pair of a group and an entity of
+/// the mesh. The first pair keeps the entity's tag, the others get new ones above the largest.
 Result<> GmshWriter::choose_entities() {
   lowest_ = elements_ == 0 ? 0 : INT64_MAX;
   return visit_elements([&](const Element& element) -> Result<> {
@@ -260,6 +275,8 @@ Result<> GmshWriter::choose_entities() {
     if (added && (element.geometrical == 0 || entities_.contains({dimension, element.geometrical})))
       found->second = ++last_entity_[dimension];
     if (added) entities_[{dimension, found->second}] = physical;
+    // A block ends where the type or the entity changes. The list of blocks is what has to be known before
+    // the elements are written: the section begins with their number.
     const bool goes_on = !blocks_.empty() && blocks_.back().type == element.type &&
                          blocks_.back().entity == found->second && blocks_.back().elements < most_in_block;
     if (!goes_on) blocks_.push_back({element.type, found->second, 0});
@@ -280,7 +297,8 @@ void GmshWriter::put_names() {
   out_.put("$EndPhysicalNames\n");
 }
 
-/// Positions, in version 2 each behind its number.
+/// Writes positions, in version 2 each behind its number; version 4 has the numbers of a block before its
+/// positions.
 Result<> GmshWriter::put_points(bool numbered) {
   const Scalar type = description_.point_type;
   const size_t size = 3 * size_of(type);
@@ -312,6 +330,7 @@ Result<> GmshWriter::put_nodes_2() {
   return {};
 }
 
+// The reverse of reading: node k of the cell stands where `order` says it is read from.
 void GmshWriter::put_nodes_of(const Element& element) {
   uint64_t nodes[27];
   for (unsigned k = 0; k < element.type->nodes; ++k) {
@@ -350,7 +369,7 @@ void GmshWriter::put_entities() {
   for (int k = 0; k < 4; ++k) put_size(counts[k], k == 3 ? '\n' : ' ');
   for (const auto& [entity, physical] : entities_) {
     put_int(entity.second);
-    // The box is not known; readers do not use it.
+    // The box is not known without another pass over the mesh; readers do not use it.
     for (int k = 0; k < (entity.first == 0 ? 3 : 6); ++k) {
       if (binary_) {
         out_.put_raw(0.0);
@@ -360,12 +379,15 @@ void GmshWriter::put_entities() {
     }
     put_size(physical == 0 ? 0 : 1);
     if (physical != 0) put_int(physical);
+    // No entities at its border are named.
     if (entity.first != 0) put_size(0);
     if (!binary_) out_.put('\n');
   }
   end("Entities");
 }
 
+// All nodes stand in one block, which belongs to the last entity, one of the highest dimension: the mesh does
+// not say which entity a node is on.
 Result<> GmshWriter::put_nodes_4() {
   const auto points = static_cast<int64_t>(description_.points);
   int64_t low = points == 0 ? 0 : 1, high = points;
@@ -400,6 +422,7 @@ Result<> GmshWriter::put_elements_4() {
   put_size(highest_, '\n');
   size_t block = 0;
   uint64_t left = 0;
+  // The same pass over the same cells as in choose_entities(), so the blocks come in the same order.
   MAILLE_CHECK(visit_elements([&](const Element& element) -> Result<> {
     if (left == 0) {
       const Block& begun = blocks_[block++];
@@ -442,7 +465,10 @@ Result<> GmshWriter::put_data(size_t number) {
            "\n");
   const size_t size = array.tuple_size();
   std::vector<std::byte> bytes(at_once * size);
+  // No stretch begins here, so the first value loads one.
   uint64_t loaded = ~uint64_t{0};
+  // Values of cells are asked for in rising order with gaps, where cells are left out; each stretch is read
+  // once.
   const auto value_of = [&](uint64_t i) -> Result<const std::byte*> {
     const uint64_t first = i / at_once * at_once;
     if (first != loaded) {
@@ -470,9 +496,11 @@ Result<> GmshWriter::put_data(size_t number) {
 void GmshWriter::choose_version() {
   for (const auto& [key, value] : description_.metadata) {
     if (key == gmsh_version_key && value.starts_with("2")) version_ = 2;
-    // Text that is none of a file's sections is left out.
+    // Text that holds a "$" might be a section of its own and is left out: metadata may come from a hostile
+    // file.
     if (key == gmsh_periodic_key && value.find('$') == std::string::npos) periodic_ = value;
   }
+  // Version 2 numbers nodes and elements in 31 bits, whatever the file was that the mesh came from.
   if (description_.points > INT32_MAX || description_.cells > INT32_MAX) version_ = 4;
 }
 

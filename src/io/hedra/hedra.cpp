@@ -14,7 +14,7 @@
 namespace maille {
 namespace {
 
-/// A face turned over keeps its first corner.
+/// Appends a face turned over, which keeps its first corner.
 void append_turned(std::span<const uint32_t> face, std::vector<uint32_t>& out) {
   if (face.empty()) return;
   out.push_back(face[0]);
@@ -61,6 +61,7 @@ class HedraReader {
     }
     return {};
   }
+  // Faces are kept as one list of corners and the end of each: cells name them by number and in any order.
   Result<> read_faces(uint64_t faces, uint64_t points) {
     for (uint64_t i = 0; i < faces; ++i) {
       MAILLE_CHECK(pace_.step(i, faces, sizeof(uint64_t), in_.scanner.position()));
@@ -84,6 +85,7 @@ class HedraReader {
       int64_t signed_face = 0;
       if (!in_.integer(signed_face))
         return in_.expected("a face of cell " + std::to_string(cells_.count() + 1));
+      // Negated as an unsigned number, since the least integer has no positive counterpart.
       const auto number = static_cast<uint64_t>(signed_face);
       const uint64_t face = signed_face < 0 ? 0 - number : number;
       if (face < 1 || face > ends_.size())
@@ -92,7 +94,8 @@ class HedraReader {
                              std::to_string(ends_.size()));
       const uint64_t begin = face == 1 ? 0 : ends_[face - 2];
       const auto corners = std::span(corners_).subspan(begin, ends_[face - 1] - begin);
-      // One face may be named by many cells.
+      // One face may be named by many cells, so a small file could ask for much memory: what is copied is
+      // taken from the budget.
       MAILLE_CHECK(budget_.take(corners.size() + 1, sizeof(uint32_t)));
       if (signed_face < 0) {
         append_turned(corners, cells_.nodes);
@@ -121,8 +124,9 @@ Result<ReadResult> read_hedra(const Source& source, const ReadOptions& options) 
   return HedraReader(source, input.text(), options).read();
 }
 
-/// Numbers faces as they come; the second cell at a face names it negative when it is the first one's turned
-/// over.
+/// Numbers faces as they come. The second cell at a face names it negative when it has the first one's face
+/// turned over. A face that comes again with the same turn is named positive: two cells then lie on the same
+/// side of it, which is kept as it is.
 class FaceNumbers {
  public:
   /// The number from 1 on with its sign.
@@ -141,6 +145,8 @@ class FaceNumbers {
   std::vector<uint64_t> ends;
 
  private:
+  // The hash depends on the order of the corners; faces of equal hashes are compared corner by corner in
+  // find().
   static uint64_t hash_of(std::span<const uint32_t> face) {
     uint64_t hash = face.size();
     for (const uint32_t corner : face) hash = hash_mix(hash, corner);
@@ -160,7 +166,8 @@ class FaceNumbers {
   std::unordered_multimap<uint64_t, uint64_t> numbers_;
 };
 
-/// Faces that differ in their first corner only are still the same; begin at the smallest.
+/// Begins at the smallest corner. Faces that differ in their first corner only are still the same. A turned
+/// face keeps its first corner, so this holds for both sides.
 std::vector<uint32_t> rotated(std::span<const uint32_t> face) {
   std::vector<uint32_t> result(face.begin(), face.end());
   if (!result.empty())
@@ -179,7 +186,9 @@ struct HedraCells {
     const size_t at = lists.size();
     lists.push_back(0);
     const bool polyhedron = block.type_of(i) == CellType::polyhedron;
-    // Faces made up for other cells begin anywhere, those of polyhedra as the cell says.
+    // Faces made up for other cells begin anywhere, those of polyhedra as the cell says: these are not
+    // rotated, so that a file read and written again has the same lists.
+    // The place for the number of faces is taken first and given back when the cell has no faces of its own.
     if (!for_each_face(block, i, [&](std::span<const uint32_t> face) {
           lists.push_back(polyhedron ? faces.add(face) : faces.add(rotated(face)));
         })) {

@@ -10,7 +10,7 @@
 namespace maille {
 namespace {
 
-/// Of the sections left out.
+/// Names of sections left out that are noted; the rest is counted, as a hostile file may have millions.
 constexpr uint64_t most_named = 10;
 
 /// What both forms have in common; derived classes find sections and read numbers.
@@ -37,6 +37,7 @@ class MeditReader {
   std::string name_;
   Budget budget_;
   ReadingPace pace_;
+  // Files without a dimension are taken to have three.
   int64_t dimension_ = 3;
   std::vector<std::string> notes_;
 
@@ -62,6 +63,7 @@ class MeditReader {
 
 Result<> MeditReader::read_vertices() {
   points_ = MAILLE_TRY(count());
+  // A second section would move the points that cells before it were checked against.
   if (positions_.size() != 0) return expected("one section Vertices only");
   if (points_ > max_points)
     return failure(ErrorCode::malformed_input, name_ + ": there are 2^32 points or more");
@@ -105,6 +107,7 @@ Result<> MeditReader::read_cells(const MeditCellKind& kind) {
   return {};
 }
 
+// Numbers are checked in add_flags(): the elements they name may stand further on in the file.
 Result<> MeditReader::read_flags(const MeditFlagKind& kind) {
   const uint64_t count = MAILLE_TRY(this->count());
   Flags flags{&kind, {}};
@@ -112,6 +115,7 @@ Result<> MeditReader::read_flags(const MeditFlagKind& kind) {
     MAILLE_CHECK(pace_.step(i, count, sizeof(uint64_t), position()));
     int64_t value = 0;
     if (!integer(value)) return expected("a number of an element (" + std::string(kind.name) + ")");
+    // Numbers below 1 wrap around to large ones, which are found missing later.
     flags.elements.push_back(static_cast<uint64_t>(value - 1));
   }
   flags_.push_back(std::move(flags));
@@ -136,6 +140,8 @@ Result<> MeditReader::read_section(const std::string& section) {
 }
 
 void MeditReader::add_flags(Mesh& mesh) {
+  // MEDIT numbers the elements of each type from 1 on, across all sections of this type; here are their cells
+  // by type.
   std::vector<uint64_t> cells_of_type[256];
   for (uint64_t i = 0; !flags_.empty() && i < cells_.count(); ++i) {
     cells_of_type[static_cast<uint8_t>(cells_.type(i))].push_back(i);
@@ -146,6 +152,7 @@ void MeditReader::add_flags(Mesh& mesh) {
     const auto is_it = [&](const Array& array) {
       return array.domain == domain && array.name == flags.kind->array;
     };
+    // Several lists may fill one array: "medit:required" holds edges, triangles and quadrilaterals.
     auto found = std::find_if(mesh.arrays.begin(), mesh.arrays.end(), is_it);
     if (found == mesh.arrays.end()) {
       mesh.arrays.push_back(make_array(flags.kind->array, domain, Scalar::u8, 1));
@@ -167,6 +174,7 @@ void MeditReader::add_flags(Mesh& mesh) {
   }
 }
 
+// References that are all zero say nothing and are left out.
 void add_references(Mesh& mesh, Domain domain, const std::vector<int32_t>& values) {
   if (std::all_of(values.begin(), values.end(), [](int32_t value) { return value == 0; })) return;
   Array array = make_array(medit_reference_name, domain, Scalar::i32, 1);
@@ -221,6 +229,8 @@ class MeditTextReader final : public MeditReader {
     return true;
   }
   Result<> skip_section() override {
+    // What is left out ends at the next word that begins with a letter. A number such as "nan" ends it too,
+    // and is then left out as a section of this name.
     while (!in_.at_end() && !std::isalpha(static_cast<unsigned char>(in_.scanner.peek()))) in_.scanner.word();
     return {};
   }
@@ -247,6 +257,7 @@ class MeditBinaryReader final : public MeditReader {
       : MeditReader(source, bytes.size(), options), bytes_(bytes) {}
 
   Result<> begin() {
+    // A binary file begins with the number 1 in the writer's byte order, then the version.
     const uint32_t cookie = bytes_.size() < 8 ? 0 : load<uint32_t>(bytes_.data());
     if (cookie != 1 && cookie != 0x01000000) return malformed("it does not begin like a .meshb file");
     swapped_ = cookie != 1;
@@ -260,6 +271,8 @@ class MeditBinaryReader final : public MeditReader {
 
  protected:
   Result<std::string> next_section() override {
+    // Every section says where the next one begins. It has to lie further on, so that a hostile file cannot
+    // make this go round in circles.
     if (next_ != 0) {
       if (next_ <= at_before_ || next_ > bytes_.size())
         return malformed("a section does not end behind its beginning");
@@ -271,6 +284,7 @@ class MeditBinaryReader final : public MeditReader {
     if (!get(code)) return malformed("the file ends inside a section");
     if (code == medit_end) return std::string("End");
     int64_t next = 0;
+    // Positions have 64 bits from version 3 on, counts and numbers of vertices from version 4 on.
     if (!size(next, version_ >= 3) || next < 0) return malformed("the file ends inside a section");
     next_ = static_cast<uint64_t>(next);
     // The dimension has 32 bits in all versions.
@@ -295,6 +309,7 @@ class MeditBinaryReader final : public MeditReader {
     if (version_ == 1) {
       float value = 0;
       if (!get(value)) return false;
+      // Version 1 stores floats; a number that says it fits a float keeps the column in single precision.
       out.add(Number{static_cast<double>(value), value, true, false});
       return true;
     }
@@ -303,6 +318,7 @@ class MeditBinaryReader final : public MeditReader {
     out.add(value);
     return true;
   }
+  // A section without a next one is the last.
   Result<> skip_section() override {
     if (next_ == 0) at_ = bytes_.size();
     return {};
@@ -338,6 +354,8 @@ class MeditBinaryReader final : public MeditReader {
   bool swapped_ = false, narrow_ = false;
 };
 
+// The cookie alone, the number 1, would fit too many files, so the version has to be plausible in the same
+// byte order.
 bool is_meshb(Bytes bytes) {
   if (bytes.size() < 8) return false;
   const auto cookie = load<uint32_t>(bytes.data()), version = load<uint32_t>(bytes.data() + 4);
@@ -356,6 +374,7 @@ Result<ReadResult> read_medit(const Source& source, const ReadOptions& options) 
 bool recognise_medit(Bytes first_bytes) {
   const std::string_view text(reinterpret_cast<const char*>(first_bytes.data()), first_bytes.size());
   const size_t at = text.find("MeshVersionFormatted");
+  // Comments may stand before the keyword, but not many. The bound was chosen, not swept.
   return at != std::string_view::npos && at < 200;
 }
 

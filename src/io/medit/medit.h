@@ -8,7 +8,9 @@ namespace maille {
 
 inline constexpr char medit_reference_name[] = "medit:ref";
 
-/// Keywords and their codes in binary files.
+/// Keywords and their codes in binary files, as libMeshb numbers them. Code 0 stands for a kind that is not
+/// read or written in binary files. The writer takes the first kind of a type: "Pentahedra" is another word
+/// for prisms that is only read.
 struct MeditCellKind {
   const char* name;
   int32_t code;
@@ -26,7 +28,8 @@ inline constexpr MeditCellKind medit_cell_kinds[] = {{"Edges", 5, CellType::line
                                                      {"TrianglesP2", 0, CellType::quadratic_triangle},
                                                      {"TetrahedraP2", 0, CellType::quadratic_tetrahedron}};
 
-/// Lists of numbers of elements that are special: they become arrays of 0 and 1.
+/// Lists of numbers of elements that are special: they become arrays of 0 and 1, as these stay right when
+/// cells are sorted or taken away.
 struct MeditFlagKind {
   const char* name;
   int32_t code;
@@ -43,7 +46,7 @@ inline constexpr MeditFlagKind medit_flag_kinds[] = {
 };
 inline constexpr int32_t medit_dimension = 3, medit_vertices = 4, medit_end = 54;
 
-/// Between MEDIT's order of the nodes of a wedge and VTK's.
+/// Goes between MEDIT's order of the nodes of a wedge and VTK's, in both directions.
 inline void swap_medit_wedge(uint32_t* nodes) {
   std::swap(nodes[1], nodes[2]);
   std::swap(nodes[4], nodes[5]);

@@ -29,6 +29,7 @@ class MeditWriter {
     std::span<const uint32_t> nodes;
     uint64_t number;
   };
+  /// Sorts cells by type, as sections want them, and notes what cannot be written.
   void collect();
   void choose_references();
   void note_arrays();
@@ -42,6 +43,8 @@ class MeditWriter {
   const Mesh& mesh_;
   BufferedWriter out_;
   bool binary_;
+  /// Bytes written so far: a binary section begins with the place where the next one begins. Not counted in
+  /// text.
   uint64_t position_ = 0;
   std::vector<CellType> order_;
   std::map<CellType, std::vector<Cell>> cells_;
@@ -75,6 +78,7 @@ void MeditWriter::collect() {
   if (reordered) notes_.push_back("cells were reordered: MEDIT groups them by type");
 }
 
+// References have 32 bits; wider tags are cut.
 std::vector<int32_t> MeditWriter::references_of(const Array& array) const {
   std::vector<int32_t> values(array.count());
   with_type(array.type, [&](auto zero) {
@@ -89,6 +93,8 @@ bool is_reference(const Array& array) {
          (array.name == medit_reference_name || array.name == "gmsh:physical");
 }
 
+// References come from an array of MEDIT's or Gmsh's, or number the names of blocks, in the order of their
+// first use.
 void MeditWriter::choose_references() {
   for (const Array& array : mesh_.arrays) {
     if (!is_reference(array)) continue;
@@ -148,6 +154,7 @@ void MeditWriter::begin(const char* name, int32_t code, uint64_t count, uint64_t
   }
   out_.put_raw(code);
   position_ += sizeof code;
+  // Version 3 of the format: positions of 64 bits, numbers of 32.
   out_.put_raw(static_cast<int64_t>(position_ + sizeof(int64_t) + sizeof(int32_t) + count * bytes_each));
   position_ += sizeof(int64_t);
   put_int(static_cast<int64_t>(count), ' ');
@@ -180,6 +187,7 @@ void MeditWriter::put_flags(const MeditFlagKind& kind) {
     }
   } else {
     const auto& cells = cells_[kind.type];
+    // Elements are numbered within their type, as they are written.
     for (uint64_t i = 0; i < cells.size(); ++i) {
       if (flagged(kind.array, Domain::cell, cells[i].number)) elements.push_back(i);
     }
@@ -201,6 +209,7 @@ Result<std::vector<std::string>> MeditWriter::write() {
              "\nDimension 3\n");
     note_nan_payloads(mesh_, notes_);
   } else {
+    // The cookie, the version, and the section of the dimension, which is only a number without a count.
     for (const int32_t value : {1, 3, medit_dimension}) put_int(value, ' ');
     out_.put_raw(static_cast<int64_t>(position_ + sizeof(int64_t) + sizeof(int32_t)));
     position_ += sizeof(int64_t);

@@ -11,8 +11,12 @@
 namespace maille {
 namespace {
 
+// The header is "MZ", the bits below, the numbers of faces and points, and the number of bytes to skip behind
+// it.
 constexpr size_t header_bytes = 16;
 enum Content : uint16_t { faces = 1, points = 2, colours = 4, floats = 8, doubles = 16, lookup = 64 };
+// Bit 32 is allowed, but nothing is read for it. A file with any other bit is not taken for MZ3: two letters
+// alone would fit too much else.
 constexpr uint16_t known = faces | points | colours | floats | doubles | 32 | lookup;
 
 bool recognise_mz3(Bytes bytes) {
@@ -28,6 +32,7 @@ class Parts {
       : name_(std::move(name)), rest_(rest), budget_(name_, rest.size(), options.limits) {}
 
   Result<Array> take(Array array, uint64_t tuples) {
+    // Divided, not multiplied: a count of the header times a size may be more than 64 bits in hostile files.
     if (tuples > rest_.size() / array.tuple_size()) {
       return failure(ErrorCode::malformed_input, name_ + ": it ends inside \"" + array.name +
                                                      "\", of which it has " + std::to_string(tuples) +
@@ -49,7 +54,8 @@ class Parts {
 };
 
 Result<> add_scalars(Parts& parts, Scalar type, uint64_t count, Mesh& mesh) {
-  // As many as there are: series have one for each time.
+  // As many as there are: series have one for each time, and the header does not count them. With no points
+  // the size is zero, and the loop would never end.
   const uint64_t size = count * size_of(type);
   for (unsigned i = 0; size != 0 && parts.left() >= size; ++i) {
     const std::string name = i == 0 ? "scalar" : "scalar_" + std::to_string(i);
@@ -75,6 +81,7 @@ Result<ReadResult> read_mz3(const Source& source, const ReadOptions& options) {
                    source.name() + ": it has values for a mesh in another file, but no points");
   Parts parts(source.name(), bytes.subspan(header_bytes), options);
   ReadResult result;
+  // Bytes to skip are a table of colours where the header says so, otherwise unknown.
   const Array text = MAILLE_TRY(parts.take(make_array("lookup", Domain::mesh, Scalar::u8, 1), skipped));
   if ((content & lookup) != 0)
     result.mesh.metadata.emplace_back(
@@ -97,6 +104,7 @@ Result<ReadResult> read_mz3(const Source& source, const ReadOptions& options) {
   if (parts.left() != 0)
     result.notes.push_back(counted(parts.left(), "byte") +
                            " at its end left out: they belong to nothing it names");
+  // Corners may name points that are not there; validate() finds them.
   if (auto ok = validate(result.mesh); !ok)
     return failure(ErrorCode::malformed_input, source.name() + ": " + ok.error().message);
   return result;

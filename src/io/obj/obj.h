@@ -18,6 +18,7 @@
 
 namespace maille {
 
+// Positions, texture coordinates and normals come first and in this order: ObjPass counts on it.
 enum class ObjArray : uint8_t { position, texcoord, normal, colour, weight };
 inline constexpr size_t obj_array_count = 5;
 inline constexpr const char* obj_array_names[obj_array_count] = {"position", "texcoord", "normal", "colour",

@@ -4,6 +4,7 @@
 
 namespace maille {
 
+// The arrays always come in this order, so that a file read again gives the same mesh.
 Mesh ObjPass::take_mesh(std::vector<std::string>& notes) {
   Mesh mesh;
   mesh.metadata = std::move(metadata_);
@@ -39,9 +40,11 @@ void ObjPass::take_point_arrays(Mesh& mesh, std::vector<std::string>& notes) {
     const auto i = static_cast<size_t>(which);
     if (values.count() != points)
       notes.push_back(std::string("some vertices have no ") + obj_array_names[i] + "; NaN");
+    // Vertices behind the last one with a value have none either.
     values.pad(points);
     mesh.arrays.push_back(values.take(obj_array_names[i], Domain::point, obj_array_roles[i]));
     if (which != ObjArray::colour || !known_.byte_colours || mesh.arrays.back().type != Scalar::f32) continue;
+    // The comment "u8" says that these were bytes before they were written as 0 to 1.
     Array bytes = make_array("colour", Domain::point, Scalar::u8, values.components(), Role::colour);
     for (const float value : mesh.arrays.back().values<float>()) {
       const float scaled = std::isfinite(value) ? std::round(value * 255.0f) : 0.0f;
@@ -63,6 +66,7 @@ void ObjPass::take_references(Mesh& mesh, size_t kind, std::vector<std::string>&
   }
   for (ObjCells& cells : cells_) {
     if (!used) break;
+    // Corners behind the last reference have none; until here the list may be short.
     cells.refs[kind].resize(cells.cells.nodes.size(), no_obj_number);
     same = same && cells.refs[kind] == cells.cells.nodes;
   }
@@ -83,6 +87,7 @@ void ObjPass::take_references(Mesh& mesh, size_t kind, std::vector<std::string>&
 
 Array ObjPass::gather(size_t kind, std::vector<std::string>& notes) const {
   const NumberColumn& values = columns_[kind + 1];
+  // One tuple of NaN, for the corners without a reference.
   NumberColumn empty(values.components(), values.type() == Scalar::f64);
   empty.pad(1);
   const size_t size = values.tuple_size();
@@ -109,6 +114,7 @@ Array ObjPass::gather(size_t kind, std::vector<std::string>& notes) const {
   return array;
 }
 
+// Labels were kept as runs, one for each change; here each cell gets its number.
 void ObjPass::take_labels(Mesh& mesh) {
   for (size_t kind = 0; kind < obj_label_count; ++kind) {
     if (labels_[kind].names.empty()) continue;

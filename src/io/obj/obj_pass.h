@@ -16,10 +16,11 @@
 // Reading of an OBJ file: lines (here), then what they hold as a mesh (obj_mesh.cpp).
 namespace maille {
 
-/// A reference that is not there.
+/// A reference that is not there. It is no valid number of a point either: max_points is less.
 inline constexpr uint32_t no_obj_number = 0xffffffff;
 
-/// What an earlier pass over the file found out.
+/// What an earlier pass over the file found out. Whether an array needs doubles, or has more components, may
+/// only show at its last line; rather than converting what was read, the file is read again.
 struct ObjKnowledge {
   std::array<bool, obj_array_count> wide{};
   std::array<bool, obj_array_count> on_corners{};
@@ -41,6 +42,7 @@ struct ObjCells {
   };
   std::array<std::vector<LabelRun>, obj_label_count> labels;
 
+  // Bytes held so far, for the limit on memory.
   uint64_t bytes() const { return cells.bytes() + (refs[0].size() + refs[1].size()) * sizeof(uint32_t); }
 };
 
@@ -51,6 +53,7 @@ struct ObjLabelTable {
   std::string current;
   uint32_t number = no_obj_number;  // of `current`; none until a cell uses it
 
+  /// The number of the current name; a name counts only once a cell uses it.
   uint32_t use() {
     if (number == no_obj_number) {
       const auto [at, added] = numbers.try_emplace(current, static_cast<uint32_t>(names.size()));
@@ -61,7 +64,8 @@ struct ObjLabelTable {
   }
 };
 
-/// One pass over the file.
+/// One pass over the file. What it finds out about the file as a whole goes into ObjKnowledge, for the next
+/// pass.
 class ObjPass {
  public:
   enum class Outcome { done, again };
@@ -84,6 +88,8 @@ class ObjPass {
     }
     if (again_) return Outcome::again;
     MAILLE_CHECK(comment_room_.check(watch_.name()));
+    // A reference may come before what it refers to. Whether one is beyond the end is only known here, and
+    // the next pass finds its line.
     for (size_t i = 0; i < 3; ++i) {
       if (end_of_refs_[i] <= columns_[i].count()) continue;
       known_.counts = {columns_[0].count(), columns_[1].count(), columns_[2].count()};
@@ -108,7 +114,9 @@ class ObjPass {
     return size;
   }
 
-  /// Any text reads as lines to leave out, and a stray "g" or "s" begins a line in most of them.
+  /// Any text reads as lines to leave out, and a stray "g" or "s" begins a line in most of them: a file
+  /// without vertices or cells is only taken for OBJ when all of its lines are known and one of them is a
+  /// label or a library.
   bool is_no_obj() const {
     for (const NumberColumn& column : columns_) {
       if (column.count() != 0) return false;
@@ -231,6 +239,7 @@ class ObjPass {
         set_components(ObjArray::colour, colours);
       }
       if (known_.colour_components > colours) numbers[6] = {1, 1, true, true};  // opaque
+      // The columns no longer fit what follows; this pass goes on to the line's end only.
       if (again_) return {};
       column(ObjArray::colour).pad(vertex);
       append(ObjArray::colour, numbers.data() + 3);
@@ -306,6 +315,7 @@ class ObjPass {
       const char next = scanner_.peek();
       if (next == '/' || scanner_.at_line_end() || next == ' ') continue;
       auto& refs = target.refs[i - 1];
+      // Corners before this one had no reference; the list is filled up only now.
       refs.resize(target.cells.nodes.size() - 1, no_obj_number);
       refs.push_back(MAILLE_TRY(read_index(i, target, what)));
     }
@@ -326,6 +336,7 @@ class ObjPass {
     if (negative) ++p;
     const char* const first = p;
     uint64_t value = 0;
+    // Stops at numbers beyond all that are allowed, before they could overflow.
     for (; p != scanner_.end() && *p >= '0' && *p <= '9' && value < no_obj_number; ++p) {
       value = value * 10 + static_cast<uint64_t>(*p - '0');
     }
@@ -338,6 +349,7 @@ class ObjPass {
     };
     if (value == 0) return bad_corner(target, what, std::string(names[i]) + " 0; OBJ counts from 1");
     if (negative && value > count) return missing(count);
+    // Negative numbers count back from the last one read so far.
     const uint64_t index = negative ? count - value : value - 1;
     if (known_.counts && index >= (*known_.counts)[i]) return missing((*known_.counts)[i]);
     if (index >= max_points) return missing(count);
@@ -358,6 +370,7 @@ class ObjPass {
     }
     return {};
   }
+  // Makes the empty name the first of the table, number 0. It is called before any cell has used a name.
   uint32_t unnamed(size_t kind) {
     ObjLabelTable& table = labels_[kind];
     if (table.names.empty()) {

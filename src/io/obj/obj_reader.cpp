@@ -4,7 +4,8 @@
 namespace maille {
 namespace {
 
-/// Text whose lines begin with OBJ's keywords, at least one of them "v" or a reference to a material library.
+/// Recognises text whose lines begin with OBJ's keywords, up to a vertex with a number behind it or a
+/// reference to a material library. Labels alone are not enough, as other texts have such words.
 bool recognise(Bytes first) {
   TextScanner scanner(std::string_view(reinterpret_cast<const char*>(first.data()), first.size()));
   while (!scanner.at_end()) {
@@ -28,7 +29,8 @@ Result<ReadResult> read_obj(const Source& source, const ReadOptions& options) {
   const InputBytes input = MAILLE_TRY(InputBytes::load(source));
   Watch watch(source, input.bytes().size(), options);
   ObjKnowledge known;
-  // Every pass but the last adds to what is known, and there are at most a dozen things to know.
+  // Every pass but the last adds to what is known, and there are at most a dozen things to know: five arrays
+  // that may need doubles, the components of two, and the counts.
   for (;;) {
     ObjPass pass(input.text(), known, watch);
     if (MAILLE_TRY(pass.run()) == ObjPass::Outcome::again) {

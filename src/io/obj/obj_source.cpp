@@ -1,4 +1,6 @@
-// OBJ files of points and faces, row by row as binary PLY: what scanners write.
+// OBJ files of points and faces, written row by row as binary PLY into temporary files, without the mesh in
+// memory: what scanners write. Files that hold more (groups, materials, references of corners) end as
+// `unsupported` and are read whole. The result has to be the same as that of reading the file whole.
 #include <array>
 #include <optional>
 
@@ -11,6 +13,8 @@
 namespace maille {
 namespace {
 
+// Comments are kept in memory and go into the header of the PLY file; a source of PLY reads no header above 1
+// MiB.
 constexpr size_t most_comments = size_t{512} << 10;
 
 /// What a first pass finds out.
@@ -23,6 +27,7 @@ struct ObjShape {
   std::vector<std::pair<std::string, std::string>> comments;
 };
 
+// Two passes: the first finds out counts and types, which a binary file needs in front, the second writes.
 class ObjConverter {
  public:
   ObjConverter(const Source& source, const PartsOptions& options) : source_(source), options_(options) {}
@@ -31,7 +36,8 @@ class ObjConverter {
     MAILLE_CHECK(pass("looking through the file"));
     MAILLE_CHECK(check_shape());
     surface_.emplace(MAILLE_TRY(ConvertedSurface::create(options_.folder)));
-    // Normals and texture coordinates stand behind the positions, mostly.
+    // Normals and texture coordinates stand behind the positions, mostly, but a row of PLY holds all three:
+    // they are written into files of their own and joined at the end.
     if (shape_.texcoords > 0) texcoords_.emplace(MAILLE_TRY(ScratchFile::create(options_.folder)));
     if (shape_.normals > 0) normals_.emplace(MAILLE_TRY(ScratchFile::create(options_.folder)));
     const bool beside = texcoords_ || normals_;
@@ -55,6 +61,7 @@ class ObjConverter {
   Result<> pass(const char* stage) {
     LineBlocks lines(source_, 0);
     uint64_t line = 1;
+    // Blocks end at line ends, so each is scanned on its own; only the number of the line goes on.
     for (bool begin = true; !lines.at_end(); begin = false) {
       if (options_.progress && !options_.progress({stage, static_cast<double>(lines.position()) /
                                                               static_cast<double>(source_.size())}))
@@ -86,11 +93,13 @@ class ObjConverter {
     scanner.advance();
     std::string_view text = scanner.rest_of_line();
     if (text.starts_with(" ")) text.remove_prefix(1);
+    // Hints change the types of arrays, which only the reader of whole files knows.
     if (text.starts_with("maille ")) return unknown(scanner, "a hint of maille");
     if (first_pass()) keep_comment("comment", text);
     return comment_bytes_ > most_comments ? unknown(scanner, "so many comments") : Result<>();
   }
   void keep_comment(const char* key, std::string_view text) {
+    // 16 bytes stand for the keyword and the line's end around the text.
     comment_bytes_ += text.size() + 16;
     shape_.comments.emplace_back(key, text);
   }
@@ -171,6 +180,7 @@ class ObjConverter {
     }
     scanner.rest_of_line();
     if (corners_.empty()) return bad(scanner, "a face without vertices");
+    // A row holds the number of corners as one byte.
     if (corners_.size() > 255) return unknown(scanner, "a face of more than 255 corners");
     if (first_pass()) {
       ++shape_.faces;
@@ -197,11 +207,14 @@ class ObjConverter {
       scanner.advance();
       const char next = scanner.peek();
       if (next == '/' || next == ' ' || scanner.at_line_end()) continue;
+      // Counted backwards they depend on how many there were so far, which the check for equal numbers does
+      // not know.
       if (next == '-') return unknown(scanner, "texture coordinates or normals counted backwards");
       if (MAILLE_TRY(read_index(scanner, 0)) != corner)
         return unknown(scanner, "texture coordinates or normals of corners, not of points,");
       references |= kind;
     }
+    // The first corner of the file says what all must have.
     if (first_pass() && shape_.faces == 0 && corners_.size() == 1) shape_.references = references;
     if (references != shape_.references)
       return unknown(scanner, "corners with texture coordinates or normals beside others");
@@ -209,6 +222,7 @@ class ObjConverter {
     if (scanner.at_line_end() || next == ' ' || next == '\t' || next == '\\') return {};
     return bad(scanner, found_at(scanner) + " stands behind an index");
   }
+  // `behind`: how many there are so far, for negative numbers.
   Result<uint64_t> read_index(TextScanner& scanner, uint64_t behind) {
     const bool negative = scanner.peek() == '-';
     if (negative) scanner.advance();
@@ -234,7 +248,8 @@ class ObjConverter {
     return {};
   }
 
-  /// Positions, then what the reader of whole files has behind them: colours are beside positions already.
+  /// Appends positions, then what the reader of whole files has behind them. Colours are beside positions
+  /// already, as they stand on the same line.
   Result<> join_points() {
     Pace pace(options_.progress, "joining points", shape_.points);
     std::array<ScratchFile*, 3> files{&*positions_, texcoords_ ? &*texcoords_ : nullptr,
@@ -242,6 +257,7 @@ class ObjConverter {
     const auto size = [&](size_t array, size_t numbers) { return numbers * (shape_.wide[array] ? 8 : 4); };
     const std::array<size_t, 3> sizes{size(0, 3) + size(3, shape_.position_numbers - 3),
                                       size(1, shape_.texcoord_numbers), size(2, 3)};
+    // Points that are in memory at once; the number was chosen, not swept.
     constexpr uint64_t at_once = 1 << 16;
     std::array<std::vector<std::byte>, 3> tuples;
     for (uint64_t first = 0; first < shape_.points; first += at_once) {
@@ -275,7 +291,9 @@ class ObjConverter {
       }
     };
     add(0, 3, {"x", "y", "z"});
+    // A file without points has no numbers on them either.
     add(3, shape_.position_numbers < 3 ? 0 : shape_.position_numbers - 3, {"red", "green", "blue", "alpha"});
+    // The hint tells the reader of PLY which properties form one array, and its name.
     const auto hint = [&](ObjArray array, size_t numbers, std::initializer_list<const char*> names) {
       const auto a = static_cast<size_t>(array);
       PlyHint made{"vertex",
@@ -292,6 +310,7 @@ class ObjConverter {
     };
     if (texcoords_) hint(ObjArray::texcoord, shape_.texcoord_numbers, {"s", "t", "u"});
     if (normals_) hint(ObjArray::normal, 3, {"nx", "ny", "nz"});
+    // Indices are signed where that is enough, and unsigned for more points.
     const bool signed_fits = shape_.points < uint64_t{1} << 31;
     header.elements.push_back(std::move(vertex));
     if (shape_.faces == 0) return;

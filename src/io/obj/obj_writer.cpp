@@ -13,6 +13,7 @@
 namespace maille {
 namespace {
 
+// Cells that OBJ has a keyword for.
 bool is_cell(CellType type) {
   return is_face(type) || type == CellType::line || type == CellType::poly_line || type == CellType::vertex ||
          type == CellType::poly_vertex;
@@ -23,6 +24,7 @@ const char* keyword_of(CellType type) {
   return type == CellType::line || type == CellType::poly_line ? "l" : "p";
 }
 
+// NaN stands for "there is none"; OBJ writes nothing then.
 bool all_nan(const Array& array, uint64_t tuple) {
   for (uint32_t i = 0; i < array.components; ++i) {
     const std::byte* const from = array.bytes.data() + tuple * array.tuple_size() + i * size_of(array.type);
@@ -60,6 +62,7 @@ class ObjWriter {
   }
 
  private:
+  // Decides where everything goes and notes what has no place.
   Result<> choose() {
     uint64_t cells = 0;
     uint64_t others = 0;
@@ -86,6 +89,7 @@ class ObjWriter {
   /// Finds the place of an array; false when there is none.
   bool take(const Array& array) {
     const bool real = is_float(array.type);
+    // Takes an array for a place that is still free.
     const auto first = [&](const Array*& place) {
       if (place != nullptr) return false;
       place = &array;
@@ -94,6 +98,7 @@ class ObjWriter {
     const bool texcoord = array.role == Role::texture_coordinate && real && array.components <= 3;
     const bool normal = array.role == Role::normal && real && array.components == 3;
     if ((texcoord || normal) && array.domain != Domain::cell) {
+      // On the mesh are those that no corner refers to. They are told from other arrays by their name.
       if (array.domain == Domain::mesh && array.name != obj_array_names[texcoord ? 1 : 2]) return false;
       return first(texcoord ? texcoords_.array : normals_.array);
     }
@@ -111,10 +116,11 @@ class ObjWriter {
     return false;
   }
 
-  /// Equal tuples share a number, in the order of their first use.
+  /// Gives equal tuples, bit for bit, one number, in the order of their first use.
   void number_corners(Reference& reference) {
     const Array& array = *reference.array;
     const size_t size = array.tuple_size();
+    // The number of points is a guess at how many tuples differ; the table grows if there are more.
     TupleIndex index(size, std::min<uint64_t>(array.count(), mesh_.point_count()));
     reference.of_corner.resize(array.count(), none);
     for (uint64_t corner = 0; corner < array.count(); ++corner) {
@@ -125,7 +131,8 @@ class ObjWriter {
     }
   }
 
-  /// Would a reader take this array for one on points, because each corner has its point's number?
+  /// Would a reader take this array for one on points, because each corner has its point's number? Then a
+  /// comment has to say that it is not.
   bool looks_like_points(const Reference& reference) const {
     if (reference.first.size() != mesh_.point_count()) return false;
     uint64_t corner = 0;
@@ -180,6 +187,7 @@ class ObjWriter {
       }
       out_.put('\n');
     }
+    // A line has room for one of them: four numbers are a weight, six or seven a colour.
     if (colour_ != nullptr && weight_ != nullptr) note_array(*weight_, notes_);
   }
 
@@ -245,6 +253,7 @@ class ObjWriter {
         using T = decltype(zero);
         return static_cast<uint64_t>(load<T>(array.bytes.data() + cell * sizeof(T)));
       });
+      // Comparing numbers first saves making the text for each cell.
       if (current_value_[i] == value && started_[i]) continue;
       current_value_[i] = value;
       started_[i] = true;

@@ -11,6 +11,7 @@
 namespace maille {
 namespace {
 
+// Which arrays need doubles: found out by passes, as in OBJ.
 using Wide = std::array<bool, off_array_count>;
 
 /// What the header's keyword says vertices have.
@@ -29,6 +30,7 @@ bool parse_prefix(std::string_view prefix, OffHeader& header) {
   while (!prefix.empty()) {
     if (prefix.starts_with("ST")) {
       header.texcoord = true;
+      // One letter here and one below, where the others have one.
       prefix.remove_prefix(1);
     } else if (prefix[0] == 'C') {
       header.colour = true;
@@ -128,6 +130,7 @@ class OffPass {
       if (any_dimension && (!scanner_.integer(dimension, '#') || dimension != 3)) {
         return bad("nOFF with a dimension other than 3 is not supported");
       }
+      // The keyword may be missing: then the file begins with the counts.
     } else if (keyword.empty() || keyword[0] < '0' || keyword[0] > '9') {
       return bad(found_at(scanner_) + " stands where the keyword OFF belongs");
     }
@@ -154,6 +157,7 @@ class OffPass {
     return {};
   }
 
+  // Appends a tuple and moves on behind it.
   void append(OffArray array, const Number*& numbers) {
     if (!column(array).append(numbers)) {
       wide_[static_cast<size_t>(array)] = true;
@@ -182,6 +186,7 @@ class OffPass {
     }
     const size_t needed =
         3 + (header_.weight ? 1u : 0u) + (header_.normal ? 3u : 0u) + (header_.texcoord ? 2u : 0u);
+    // What is more than the keyword asks for is a colour, even without a "C".
     if (vertex == 0 && count >= needed) set_colour_components(count - needed);
     if (count != needed + colour_components_) {
       return bad("vertex " + std::to_string(vertex) + " has " + counted(count, "number") + " instead of " +
@@ -216,6 +221,8 @@ class OffPass {
     if (!scanner_.integer(degree, '#'))
       return bad_face(" has " + found_at(scanner_) + " where its degree belongs");
     for (uint64_t i = 0; i < degree; ++i) {
+      // The corners of a face may go on in the next line; its colour may not, since nothing says whether
+      // there is one.
       scanner_.skip_white('#');
       int64_t node = 0;
       if (!scanner_.integer(node, '#')) {
@@ -241,8 +248,11 @@ class OffPass {
                    (count == 4 ? "colour" : "vertices"));
       }
       byte_face_colours_ = byte_face_colours_ && is_byte(number);
+      // 2e9 keeps the number within 32 bits.
       index_face_colours_ = index_face_colours_ && number.integer && std::fabs(number.value) < 2e9;
       const Number* next = &number;
+      // Numbers are kept one behind the other, with the count of each face beside them; take_face_colours()
+      // makes an array of them.
       append(OffArray::face_colour, next);
       ++count;
     }
@@ -296,6 +306,7 @@ ReadResult OffPass::take() {
   add(OffArray::weight, Role::none);
   add(OffArray::normal, Role::normal);
   add(OffArray::colour, Role::colour);
+  // The array added last is that of the colours.
   if (colour_components_ != 0 && byte_colours_ && header_.vertices != 0) {
     mesh.arrays.back() = converted<uint8_t>(mesh.arrays.back(), Scalar::u8);
   }
@@ -317,6 +328,7 @@ void OffPass::take_face_colours(Mesh& mesh) {
                              static_cast<uint32_t>(longest), index ? Role::none : Role::colour);
   colours.resize(faces_.count());
   const size_t size = size_of(values.type());
+  // Faces with fewer numbers than others are filled with zeros, and the counts tell which ones.
   Array counts = make_array(colours.name + ".count", Domain::cell, Scalar::u8, 1);
   for (uint64_t face = 0; face < faces_.count(); ++face) {
     const uint64_t length = face_colours_.length(face);

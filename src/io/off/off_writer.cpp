@@ -37,6 +37,7 @@ class OffWriter {
       return failure(ErrorCode::usage, "OFF holds faces, but this mesh has only other cells");
     if (others != 0) notes_.push_back(counted(others, "cell") + " that are not faces left out");
     chosen(OffArray::position) = &mesh_.points;
+    // Counts belong to an array of colours that may come behind them, so they are looked at last.
     std::vector<const Array*> rest;
     for (const Array& array : mesh_.arrays) {
       if (!take(array)) rest.push_back(&array);
@@ -80,7 +81,8 @@ class OffWriter {
     return false;
   }
 
-  /// Are these the numbers of numbers of the faces' colours?
+  /// Are these the counts of numbers in the faces' colours, as the reader keeps them? None may be more than
+  /// there are components.
   bool counts_fit(const Array& counts) {
     const Array* const colours = chosen(OffArray::face_colour);
     if (colours == nullptr || counts.name != colours->name + ".count" || counts.domain != Domain::cell ||
@@ -111,6 +113,7 @@ class OffWriter {
     out_.put_number(mesh_.point_count());
     out_.put(' ');
     out_.put_number(faces_);
+    // The number of edges is given as 0: the reader never uses it.
     out_.put(" 0\n");
   }
 
@@ -155,6 +158,8 @@ class OffWriter {
       }
     }
   }
+  // Writes the shortest text that reads as the same number; "e", "i" and "n" mark exponents, inf and nan,
+  // which are no whole numbers to a reader.
   void with_point(const std::byte* from, Scalar type) {
     char text[40];
     const std::to_chars_result end = type == Scalar::f32 ? std::to_chars(text, text + 32, load<float>(from))

@@ -33,11 +33,13 @@ std::array<T, 3> facet_normal(const std::array<std::array<T, 3>, 3>& corners) {
   }
   const double n[3] = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
   const double length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+  // NaN fails the comparison too, so positions that are not finite give a zero normal.
   if (!(length > 0) || std::isinf(length)) return {};
   return {static_cast<T>(n[0] / length), static_cast<T>(n[1] / length), static_cast<T>(n[2] / length)};
 }
 
-/// Bytes of a binary file before its facets, and per facet.
+/// Bytes of a binary file before its facets, and for each facet: 80 of header and 4 of count, then twelve
+/// floats and two attribute bytes.
 inline constexpr size_t stl_header_size = 84;
 inline constexpr size_t stl_facet_size = 50;
 

@@ -13,6 +13,7 @@ bool is_all_zero(const std::vector<std::byte>& bytes) {
   return std::all_of(bytes.begin(), bytes.end(), [](std::byte b) { return b == std::byte{0}; });
 }
 
+// Are these, bit for bit, the normals that the writer would compute? Then they need not be kept.
 template <class T>
 bool normals_are_computed(const Mesh& mesh, const std::vector<std::byte>& normals) {
   const std::span<const T> points = mesh.points.values<T>();
@@ -29,7 +30,8 @@ bool normals_are_computed(const Mesh& mesh, const std::vector<std::byte>& normal
   return true;
 }
 
-/// Makes a mesh of welded corners and says what was done with the normals, one per facet.
+/// Makes a mesh of welded corners and says what was done with the normals, one for each facet. Zero normals
+/// are looked at first: facets without area have computed normals that are zero as well.
 void finish(ReadResult& result, TupleIndex& points, std::vector<uint32_t> nodes, Scalar type,
             std::vector<std::byte> normals) {
   Mesh& mesh = result.mesh;
@@ -58,6 +60,7 @@ void finish(ReadResult& result, TupleIndex& points, std::vector<uint32_t> nodes,
 }
 
 Result<ReadResult> read_binary(Bytes bytes, Watch& watch) {
+  // The caller has checked that the header is there.
   const uint64_t count = load<uint32_t>(bytes.data() + 80);
   const uint64_t there = (bytes.size() - stl_header_size) / stl_facet_size;
   if (there < count) {
@@ -66,6 +69,7 @@ Result<ReadResult> read_binary(Bytes bytes, Watch& watch) {
         "the file ends inside facet " + std::to_string(there) + " of " + std::to_string(count));
   }
   ReadResult result;
+  // A closed surface of triangles has about half as many points as facets.
   TupleIndex points(12, count / 2 + 8);
   std::vector<uint32_t> nodes(count * 3);
   std::vector<std::byte> normals(count * 12);
@@ -76,12 +80,14 @@ Result<ReadResult> read_binary(Bytes bytes, Watch& watch) {
     for (size_t i = 0; i < 3; ++i) nodes[facet * 3 + i] = points.number_of(from + 12 + i * 12);
     std::memcpy(attributes.data() + facet * 2, from + 48, 2);
     const uint64_t at = stl_header_size + facet * stl_facet_size;
+    // 26 bytes a facet: three node numbers, the normal and the attribute, all allocated above.
     if (watch.due(at)) MAILLE_CHECK(watch.at(at, count * 26 + points.tuples().size()));
   }
   if (there * stl_facet_size + stl_header_size < bytes.size() || there > count) {
     result.notes.push_back(counted(bytes.size() - stl_header_size - count * stl_facet_size, "byte") +
                            " behind the last facet left out");
   }
+  // The header ends at its last byte that is not zero; it may hold any bytes, so it is kept as a word.
   std::string_view header(reinterpret_cast<const char*>(bytes.data()), 80);
   while (!header.empty() && header.back() == '\0') header.remove_suffix(1);
   if (!header.empty()) result.mesh.metadata.emplace_back("stl.header", to_word(header));
@@ -94,7 +100,7 @@ Result<ReadResult> read_binary(Bytes bytes, Watch& watch) {
   return result;
 }
 
-/// One pass over a text file.
+/// One pass over a text file, in floats or in doubles for all positions.
 class StlPass {
  public:
   StlPass(std::string_view text, bool wide, Watch& watch)
@@ -147,7 +153,7 @@ class StlPass {
                               " stands where " + expected + " belongs");
   }
 
-  /// Moves behind this keyword, in any case.
+  /// Moves behind this keyword, in any case of letters; stays where it is when another word stands there.
   bool accept(std::string_view keyword) {
     const char* const from = scanner_.here();
     const std::string_view word = scanner_.word();
@@ -234,7 +240,9 @@ Result<ReadResult> read_stl(const Source& source, const ReadOptions& options) {
   const InputBytes input = MAILLE_TRY(InputBytes::load(source));
   const Bytes bytes = input.bytes();
   Watch watch(source, bytes.size(), options);
-  // Many binary files begin with "solid" too, so the size decides first.
+  // Many binary files begin with "solid" too, so the size decides first: the count in the header has to give
+  // the size of the file exactly. Otherwise a file that begins like text is text, and another is binary with
+  // bytes missing or too many.
   const bool sized =
       bytes.size() >= stl_header_size &&
       bytes.size() - stl_header_size == load<uint32_t>(bytes.data() + 80) * uint64_t{stl_facet_size};

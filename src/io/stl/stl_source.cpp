@@ -1,4 +1,5 @@
-// Binary STL files, welded in temporary files.
+// Binary STL files, welded in temporary files without the corners of all facets in memory. The points come
+// out in the same order as from the reader of whole files, as both number them by their first use.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -15,7 +16,8 @@ namespace {
 
 using Corner = std::array<std::byte, 12>;
 
-/// Numbers that were marked, and how many are below one: a bit for each.
+/// A set of numbers that also tells how many of its members are below one. It takes a bit for each number,
+/// and four bytes for each 512.
 class MarkedNumbers {
  public:
   explicit MarkedNumbers(uint64_t numbers) : words_(numbers / 64 + 1), before_(words_.size() / 8 + 1) {}
@@ -33,6 +35,7 @@ class MarkedNumbers {
   uint32_t below(uint64_t number) const {
     const size_t word = number / 64;
     uint32_t sum = before_[word / 8];
+    // At most seven words are counted for one answer.
     for (size_t w = word / 8 * 8; w < word; ++w) sum += static_cast<uint32_t>(std::popcount(words_[w]));
     const uint64_t rest = words_[word] & ((uint64_t{1} << (number % 64)) - 1);
     return sum + static_cast<uint32_t>(std::popcount(rest));
@@ -43,6 +46,8 @@ class MarkedNumbers {
   std::vector<uint32_t> before_;  ///< by eight words
 };
 
+// Corners are first spread by their place to find equal ones, then the first corner of each place is spread
+// by the file's order; one more pass over the file writes points and faces in that order.
 class StlConverter {
  public:
   StlConverter(const Source& source, const PartsOptions& options) : source_(source), options_(options) {}
@@ -57,8 +62,10 @@ class StlConverter {
   }
 
  private:
+  // Facets read at once, 3.1 MiB; the number was chosen, not swept.
   static constexpr uint64_t facets_at_once = 1 << 16;
-  /// Corners of a part, or of a stretch of the file, that are in memory.
+  /// Corners of a part, or of a stretch of the file, that are in memory: 16 MiB of records when the parts are
+  /// equal. The number was chosen, not swept.
   static constexpr uint64_t corners_at_once = 1 << 20;
 
   Result<> read_head() {
@@ -66,6 +73,7 @@ class StlConverter {
     if (source_.size() < head.size()) return not_in_parts(source_, "text");
     MAILLE_CHECK(source_.read_at(0, head));
     facets_ = load<uint32_t>(head.data() + 80);
+    // A size that does not fit is text, or a damaged file; the reader of whole files finds out which.
     if (source_.size() - stl_header_size != facets_ * stl_facet_size) return not_in_parts(source_, "text");
     if (3 * facets_ > max_points) return not_in_parts(source_, "more than 2^32 corners");
     header_.assign(reinterpret_cast<const char*>(head.data()), 80);
@@ -92,6 +100,8 @@ class StlConverter {
   /// For each corner the first one at its place, in stretches of the file.
   Result<> find_equal_corners() {
     const auto parts = static_cast<size_t>(3 * facets_ / corners_at_once + 1);
+    // Parts by place hold all corners that could be equal: each is sorted on its own. 4 MiB of buffers,
+    // chosen, not swept.
     SpilledParts by_place = MAILLE_TRY(SpilledParts::create(options_.folder, parts, uint64_t{4} << 20));
     MAILLE_CHECK(for_each_facet("reading", [&](uint64_t facet, const std::byte* bytes) -> Result<> {
       for (uint32_t k = 0; k < 3; ++k) {
@@ -107,6 +117,8 @@ class StlConverter {
     for (size_t part = 0; part < parts; ++part) MAILLE_CHECK(join(MAILLE_TRY(by_place.load(part))));
     return {};
   }
+  // The multiplier is 2^64 divided by the golden ratio, which spreads close numbers; the upper half of the
+  // product is scaled to the number of parts without a division.
   static size_t part_of(const std::byte* place, size_t parts) {
     uint64_t mixed = 0;
     for (size_t k = 0; k < 3; ++k) mixed = (mixed + load<uint32_t>(place + 4 * k)) * 0x9e3779b97f4a7c15;
@@ -118,6 +130,7 @@ class StlConverter {
       std::memcpy(corners[i].first.data(), records.data() + 16 * i, 12);
       corners[i].second = load<uint32_t>(records.data() + 16 * i + 12);
     }
+    // The number of the corner is part of the order, so the first of equal ones is the first in the file.
     std::sort(corners.begin(), corners.end());
     uint32_t first = 0;
     for (size_t i = 0; i < corners.size(); ++i) {
@@ -147,6 +160,7 @@ class StlConverter {
     const auto parts = static_cast<size_t>(3 * facets_ / corners_at_once + 1);
     for (size_t part = 0; part < parts; ++part) {
       const std::vector<std::byte> pairs = MAILLE_TRY(firsts_->load(part));
+      // A corner that is its own first makes a point; its number is how many such corners come before it.
       for (size_t at = 0; at < pairs.size(); at += 8) {
         if (load<uint32_t>(&pairs[at]) == load<uint32_t>(&pairs[at + 4]))
           firsts.mark(load<uint32_t>(&pairs[at]));
@@ -159,6 +173,8 @@ class StlConverter {
       row.clear();
       put_number(row, uint8_t{3});
       for (uint64_t corner = 3 * facet; corner < 3 * facet + 3; ++corner) {
+        // Entering the next stretch of the file: its pairs are loaded, and each corner gets the number of its
+        // point.
         if (corner % corners_at_once == 0) {
           const std::vector<std::byte> pairs = MAILLE_TRY(firsts_->load(corner / corners_at_once));
           for (size_t at = 0; at < pairs.size(); at += 8)

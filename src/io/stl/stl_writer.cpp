@@ -9,7 +9,7 @@
 namespace maille {
 namespace {
 
-/// T: the type of the numbers written, float in binary files.
+/// Writes numbers as T: float in binary files and in text from floats, otherwise double.
 template <class T>
 class StlWriter {
  public:
@@ -24,6 +24,7 @@ class StlWriter {
     for_each_cell(mesh_, [&](CellType type, uint64_t cell, uint64_t, std::span<const uint32_t> nodes) {
       if (!is_face(type) || nodes.size() < 3) return;
       if (ascii_) write_solid(cell);
+      // Polygons become fans around their first corner.
       for (size_t i = 2; i < nodes.size(); ++i) write_facet(cell, {nodes[0], nodes[i - 1], nodes[i]});
     });
     if (ascii_) end_solid();
@@ -31,6 +32,7 @@ class StlWriter {
   }
 
  private:
+  // The first pass: a binary file has the number of facets in front, and the notes need to know what is lost.
   Result<> count() {
     uint64_t others = 0;
     uint64_t polygons = 0;
@@ -152,6 +154,7 @@ class StlWriter {
       write_text(normal, corners);
       return;
     }
+    // Binary files are written by StlWriter<float> only.
     if constexpr (sizeof(T) == 4) {
       out_.put_raw(normal);
       out_.put_raw(corners);

@@ -12,10 +12,12 @@
 namespace maille {
 namespace {
 
+// What SU2 knows beyond a mesh, as metadata and as an array.
 constexpr char dimension_key[] = "su2.dimension";
 constexpr char other_key[] = "su2.other";
 constexpr char zone_name[] = "su2:zone";
 
+// Keys that are read into the mesh. All others are kept as text with the lines that follow them.
 constexpr std::string_view known_keys[] = {"NZONE", "IZONE", "NDIME",      "NELEM",
                                            "NPOIN", "NMARK", "MARKER_TAG", "MARKER_ELEMS"};
 
@@ -26,6 +28,7 @@ bool is_known(std::string_view key) {
   return std::find(std::begin(known_keys), std::end(known_keys), key) != std::end(known_keys);
 }
 
+// Lines, triangles, quads, tetrahedra, hexahedra, wedges and pyramids by VTK's numbers, and vertices.
 bool is_su2_type(int64_t type) {
   return type == 1 || type == 3 || type == 5 || type == 9 || type == 10 || (type >= 12 && type <= 14);
 }
@@ -52,6 +55,7 @@ class Su2Reader {
   ReadingPace pace_;
   bool known_ = false;  ///< a key of SU2 was there
   uint64_t dimension_ = 3, zones_ = 1, zone_ = 1;
+  // The first point of the current zone, and the first node whose number was not checked yet.
   uint64_t first_point_ = 0, first_node_ = 0;
   RealColumn positions_;
   uint64_t points_ = 0;
@@ -72,14 +76,17 @@ Result<uint64_t> Su2Reader::count(std::string_view value, const std::string& key
 
 Result<> Su2Reader::read_elements(uint64_t count, const std::string& name) {
   for (uint64_t i = 0; i < count; ++i) {
+    // 9 numbers: the eight nodes of the largest element, and its type.
     MAILLE_CHECK(pace_.step(i, count, 9 * sizeof(uint32_t), in_.scanner.position()));
     int64_t type = 0, node = 0;
     if (!in_.integer(type)) return in_.expected("the type of an element");
     if (!is_su2_type(type)) return in_.malformed("SU2 has no element type " + std::to_string(type));
     const unsigned nodes = nodes_of(static_cast<CellType>(type));
+    // Blanks only: an element ends with its line.
     for (unsigned k = 0; k < nodes; ++k) {
       in_.scanner.skip_blanks();
       if (!in_.scanner.integer(node)) return in_.expected("a point of an element");
+      // Points of a zone are numbered from 0 on; joined, they follow those of the zones before.
       if (node < 0 || static_cast<uint64_t>(node) > max_points - first_point_)
         return in_.malformed("there is no point " + std::to_string(node));
       cells_.nodes.push_back(static_cast<uint32_t>(first_point_ + static_cast<uint64_t>(node)));
@@ -103,6 +110,7 @@ Result<> Su2Reader::read_points(uint64_t count) {
       positions_.add(number);
     }
     if (dimension_ == 2) positions_.add(Number{});
+    // Behind the coordinates a point may have its number, which is its place anyway.
     in_.scanner.rest_of_line();
   }
   points_ += count;
@@ -127,6 +135,7 @@ Result<> Su2Reader::read_line(const std::string& key, std::string_view value) {
   if (key == "NZONE") {
     zones_ = MAILLE_TRY(count(value, key));
   } else if (key == "IZONE") {
+    // The first IZONE stands before any points and ends no zone.
     if (points_ > first_point_) MAILLE_CHECK(check_points());
     zone_ = MAILLE_TRY(count(value, key));
   } else if (key == "NDIME") {
@@ -156,6 +165,7 @@ Result<> Su2Reader::read_line(const std::string& key, std::string_view value) {
 std::string Su2Reader::lines_to_next_key() {
   std::string lines;
   for (in_.skip_white(); !in_.scanner.at_end(); in_.skip_white()) {
+    // The next key is for the caller, so the scanner goes back to before it.
     const TextScanner before = in_.scanner;
     const std::string_view line = in_.scanner.rest_of_line();
     if (line.find('=') != std::string_view::npos) {
@@ -179,6 +189,7 @@ Result<ReadResult> Su2Reader::read() {
     known_ = known_ || is_known(key);
     MAILLE_CHECK(read_line(key, line.substr(equals + 1)));
   }
+  // Any text of lines with "=" would otherwise read as an empty mesh.
   if (!known_) return in_.malformed("there is none of the keys of SU2, such as NDIME=");
   MAILLE_CHECK(check_points());
   ReadResult result;
@@ -229,7 +240,8 @@ class Su2Writer {
   std::vector<std::string> notes_;
 };
 
-/// As SU2 knows it: a polygon of three or four corners is a triangle or quad; mixed stands for none.
+/// The type of a cell as SU2 knows it. A polygon of three or four corners is a triangle or quad; mixed stands
+/// for none.
 CellType su2_type(const CellBlock& block, uint64_t i) {
   const CellType type = block.type_of(i);
   if (type == CellType::polygon && block.cell(i).size() == 3) return CellType::triangle;
@@ -237,6 +249,7 @@ CellType su2_type(const CellBlock& block, uint64_t i) {
   return is_su2_type(static_cast<int64_t>(type)) ? type : CellType::mixed;
 }
 
+// Counts the cells of the full dimension, or all the others that SU2 has; put_cells() writes the same ones.
 uint64_t Su2Writer::count_cells(const CellBlock& block, int dimension) const {
   uint64_t count = 0;
   for (uint64_t i = 0; i < block.size(); ++i) {
@@ -246,7 +259,8 @@ uint64_t Su2Writer::count_cells(const CellBlock& block, int dimension) const {
   return count;
 }
 
-/// Two when the mesh came from two, or has no volumes and no heights.
+/// Two when the mesh has no volumes and all its heights are zero, otherwise three. The dimension of the file
+/// it came from is not asked: the mesh may have changed since.
 void Su2Writer::choose_dimension() {
   bool volumes = false, heights = false;
   for (const CellBlock& block : mesh_.blocks) {
@@ -307,7 +321,8 @@ void Su2Writer::put_markers() {
   }
 }
 
-/// Sections that were kept as text, unless the mesh has them (the text may come from elsewhere).
+/// Writes sections that were kept as text, without those that the mesh has itself. The text may come from
+/// elsewhere, and a key of SU2 in it would add a second mesh.
 void Su2Writer::put_other(std::string_view text) {
   bool put = false;
   for (TextScanner scanner(text); !scanner.at_end(); scanner.skip_line_end()) {
@@ -351,6 +366,7 @@ Result<std::vector<std::string>> write_su2(const Mesh& mesh, Sink& sink, const W
   return Su2Writer(mesh, sink).write();
 }
 
+// The keys need not stand in the first line: comments may come before them.
 bool recognise_su2(Bytes first_bytes) {
   const std::string_view text(reinterpret_cast<const char*>(first_bytes.data()), first_bytes.size());
   return text.find("NDIME=") != std::string_view::npos || text.find("NZONE=") != std::string_view::npos;

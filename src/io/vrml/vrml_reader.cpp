@@ -22,7 +22,8 @@ Array array_for(VrmlKind kind, Domain domain, Scalar type) {
   return make_array(names[k], domain, type, components_of(kind), roles[k]);
 }
 
-/// Makes a mesh of the geometries, one block each.
+/// Makes a mesh of the geometries, one block for each. Arrays are made when the first geometry has values for
+/// them, and are zero where others have none.
 class Builder {
  public:
   Builder(VrmlScene scene, const std::string& file, uint64_t file_bytes, const Limits& limits)
@@ -59,6 +60,7 @@ class Builder {
   std::vector<std::string> notes_;
 };
 
+// The number of the first point of a geometry. Geometries that share a Coordinate node share its points.
 Result<uint64_t> Builder::add_points(const VrmlGeometry& geometry) {
   const VrmlValues* values = geometry.values[0].get();
   const auto [known, is_new] = first_points_.emplace(values, mesh_.point_count());
@@ -66,6 +68,7 @@ Result<uint64_t> Builder::add_points(const VrmlGeometry& geometry) {
   if (values->numbers() / 3 > max_points - mesh_.point_count())
     return malformed(geometry, "2^32 points or more");
   MAILLE_CHECK(budget_.take(values->bytes.size(), 1));
+  // The parser reads all nodes of a kind in the same type, so this never changes half-way.
   mesh_.points.type = values->type;
   mesh_.points.bytes.insert(mesh_.points.bytes.end(), values->bytes.begin(), values->bytes.end());
   return known->second;
@@ -106,6 +109,7 @@ Result<> Builder::add_block(VrmlGeometry& geometry, uint64_t first_point, uint64
                                       : all(4) ? CellType::quad
                                                : block.type)
                                    : (all(2) ? CellType::line : block.type);
+    // Blocks of one type with a fixed number of nodes have no offsets.
     if (uniform != block.type) block.offsets.clear();
     block.type = uniform;
   }
@@ -113,7 +117,8 @@ Result<> Builder::add_block(VrmlGeometry& geometry, uint64_t first_point, uint64
   return {};
 }
 
-/// Room for tuples of an array; what lies before and was never set is zero.
+/// Makes room for tuples of an array. What lies before and was never set is zero. The pointer holds until the
+/// next call.
 Result<std::byte*> Builder::tuples(VrmlKind kind, Domain domain, Scalar type, uint64_t first,
                                    uint64_t count) {
   auto [found, is_new] = arrays_.try_emplace({kind, domain}, array_for(kind, domain, type));
@@ -143,6 +148,7 @@ Result<> Builder::copy(const VrmlValues& values, VrmlKind kind, int64_t from, co
 Result<> Builder::put_on_points(const VrmlGeometry& geometry, VrmlKind kind) {
   const VrmlValues& values = *geometry.values[static_cast<size_t>(kind)];
   std::byte* to = MAILLE_TRY(tuples(kind, Domain::point, values.type, first_point_, points_));
+  // Remembered, so that another geometry on the same points with other values puts them on corners instead.
   on_points_[{kind, first_point_}] = &values;
   const uint64_t count = std::min(points_, values.numbers() / components_of(kind));
   std::memcpy(to, values.bytes.data(), count * components_of(kind) * size_of(values.type));
@@ -153,6 +159,7 @@ Result<> Builder::put_on_corners(const VrmlGeometry& geometry, VrmlKind kind,
                                  const std::vector<int32_t>& index) {
   const VrmlValues& values = *geometry.values[static_cast<size_t>(kind)];
   const std::vector<int32_t>& points = geometry.indices[0];
+  // As in coordIndex, the last separator may be missing.
   const size_t separators = index.size() + 1 == points.size() && index.back() >= 0 ? 1 : 0;
   const auto same_shape = [&] {
     if (index.size() + separators != points.size()) return false;
@@ -189,7 +196,8 @@ Result<> Builder::put_on_cells(const VrmlGeometry& geometry, VrmlKind kind) {
   return {};
 }
 
-/// Values go where they are: per face, per point when they follow the points' numbers, otherwise per corner.
+/// Puts values where they belong: on cells where they are per face, on points where they follow the points'
+/// numbers, otherwise on corners.
 Result<> Builder::add_attribute(const VrmlGeometry& geometry, VrmlKind kind) {
   const auto k = static_cast<size_t>(kind);
   const VrmlValues* values = geometry.values[k].get();
@@ -202,6 +210,7 @@ Result<> Builder::add_attribute(const VrmlGeometry& geometry, VrmlKind kind) {
   const bool follows = index.empty() || index == points;
   const uint64_t count = values->numbers() / components_of(kind);
   const auto before = on_points_.find({kind, first_point_});
+  // Geometries may share points, and have other values on them.
   const bool free = before == on_points_.end() || before->second == values;
   if (follows && free && count == points_) return put_on_points(geometry, kind);
   if (geometry.type == VrmlGeometry::Type::points) {
@@ -248,6 +257,7 @@ Result<ReadResult> Builder::build() {
                                 geometry.transform);
   }
   for (const std::string& texture : scene_.textures) mesh_.metadata.emplace_back("vrml.texture", texture);
+  // Arrays end where the last geometry with values ended; they are filled up to the end of the mesh.
   for (auto& [key, array] : arrays_) {
     MAILLE_CHECK(budget_.take(mesh_.count_of(array.domain) - array.count(), array.tuple_size()));
     array.resize(mesh_.count_of(array.domain));

@@ -11,7 +11,8 @@
 namespace maille {
 namespace {
 
-/// Deeper than any real scene; keeps the recursion off the stack's end.
+/// Deeper than any real scene, and shallow enough that the recursion does not run out of stack. The number
+/// was chosen, not swept.
 constexpr int max_depth = 200;
 
 /// A tolerant parser: it knows how nodes nest and the fields of the few nodes that matter, and steps over all
@@ -29,6 +30,7 @@ class Parser {
     std::shared_ptr<const VrmlValues> values;
     bool geometry = false;
   };
+  // A node or bracket that is not closed yet; brackets without a node have no type.
   struct Open {
     std::string type, name;
     uint64_t line = 0;
@@ -76,6 +78,7 @@ class Parser {
   uint64_t next_report_ = 0;
 };
 
+// Commas are white space in VRML.
 void Parser::skip_white() {
   for (;;) {
     in_.skip_white('#');
@@ -84,6 +87,7 @@ void Parser::skip_white() {
   }
 }
 
+// A word up to white space or a mark; empty where a mark stands.
 std::string_view Parser::id() {
   const char* const from = in_.here();
   const char* p = from;
@@ -102,6 +106,7 @@ Result<> Parser::skip_string(std::string* content) {
       in_.skip_line_end();
       continue;
     }
+    // The character behind a backslash is taken as it is, so an escaped quote does not end the string.
     if (in_.peek() == '\\') in_.advance();
     if (in_.at_end() || in_.at_line_end()) continue;
     if (content) *content += in_.peek();
@@ -114,6 +119,7 @@ Result<> Parser::skip_string(std::string* content) {
 
 Result<> Parser::check_header() {
   if (text_.starts_with("\xef\xbb\xbf")) in_.jump(in_.here() + 3);
+  // A copy of the scanner reads the line: it is a comment to the parser, which skips it.
   const std::string_view header = TextScanner(in_).rest_of_line();
   if (header.starts_with("#VRML V2.0")) return {};
   if (header.starts_with("#VRML V1.0") || header.starts_with("#X3D")) {
@@ -125,6 +131,7 @@ Result<> Parser::check_header() {
   return malformed("the first line must be \"#VRML V2.0 utf8\"");
 }
 
+// Reports each 4 MiB of text: reports cost little, but this is called for every number.
 Result<> Parser::check_progress() {
   if (in_.position() < next_report_) return {};
   next_report_ = in_.position() + (uint64_t{4} << 20);
@@ -133,7 +140,7 @@ Result<> Parser::check_progress() {
       static_cast<double>(in_.position()) / static_cast<double>(std::max<size_t>(text_.size(), 1)));
 }
 
-/// Everything up to the closing bracket, or to the end of the file.
+/// Walks over everything up to the closing bracket, or to the end of the file.
 Result<> Parser::walk(char close) {
   const uint64_t line = in_.line();
   if (open_.size() > max_depth) return malformed("nodes nested more than 200 levels deep");
@@ -193,6 +200,7 @@ Result<> Parser::node_after_def() {
   return node(type, name);
 }
 
+// USE outside the fields of a geometry repeats what is already in the scene.
 Result<> Parser::use() {
   skip_white();
   const std::string name(id());
@@ -232,6 +240,7 @@ Result<> Parser::node(const std::string& type, const std::string& name) {
     if (transform) transforms_.emplace_back();
     MAILLE_CHECK(walk('}'));
     if (transform) transforms_.pop_back();
+    // A name for a group counts as geometry when some was found inside it.
     if (!name.empty()) definitions_[name] = {nullptr, scene_.geometries.size() > before};
   }
   open_.pop_back();
@@ -239,7 +248,8 @@ Result<> Parser::node(const std::string& type, const std::string& name) {
   return {};
 }
 
-/// Fields of other nodes that are worth keeping.
+/// Reads fields of other nodes that are worth keeping. `known` turns true where the field was read; other
+/// fields are stepped over by walk().
 Result<> Parser::known_field(const std::string& type, const std::string& field, bool& known) {
   if (geometry_ != nullptr && (type == "IndexedFaceSet" || type == "IndexedLineSet" || type == "PointSet")) {
     return geometry_field(*geometry_, field, known);
@@ -267,6 +277,7 @@ Result<> Parser::known_field(const std::string& type, const std::string& field, 
   return {};
 }
 
+// The field is kept as text, with its numbers as they stand.
 void Parser::transform_field(const std::string& field) {
   std::string text = field;
   for (;;) {
@@ -290,6 +301,8 @@ std::string Parser::transforms_around() const {
   return text;
 }
 
+// The name of the innermost node around that has one, which may be the geometry itself, its Shape or a
+// Transform.
 std::string Parser::nearest_name() const {
   for (size_t i = open_.size(); i-- > 0;) {
     if (!open_[i].name.empty()) return open_[i].name;
@@ -317,6 +330,7 @@ Result<> Parser::values_node(VrmlKind kind, const std::string& field, const std:
     }
     bool fits = true;
     MAILLE_CHECK(numbers(*values, fits));
+    // The error only unwinds the recursion; parse() sees that the text is to be read again.
     if (!fits) {
       wide_[k] = must_restart_ = true;
       return failure(ErrorCode::cancelled, "");
@@ -327,6 +341,7 @@ Result<> Parser::values_node(VrmlKind kind, const std::string& field, const std:
     return malformed(std::to_string(values->numbers()) + " numbers are no whole number of tuples of " +
                      std::to_string(components_of(kind)));
   }
+  // Names have no scope here: those in a prototype are visible behind it, which does no harm.
   if (!name.empty()) definitions_[name] = {values, false};
   last_values_ = std::move(values);
   return {};
@@ -376,6 +391,7 @@ Result<> Parser::integers(std::vector<int32_t>& values) {
 
 Result<> Parser::end_of_list(bool list) {
   if (!list) {
+    // "IS" stands where a prototype's parameter gives the value.
     const TextScanner before = in_;
     if (id() == "IS") {
       skip_white();
@@ -398,7 +414,8 @@ bool Parser::boolean() {
   return id() != "FALSE";
 }
 
-/// The node of a field: written here, named before, or NULL.
+/// Reads the node of a field: written here, named before, or NULL. A node of another type is read for its
+/// names, but its values do not count.
 Result<> Parser::values_field(VrmlGeometry& geometry, VrmlKind kind) {
   static constexpr const char* types[vrml_kinds] = {"Coordinate", "Normal", "Color", "TextureCoordinate"};
   std::shared_ptr<const VrmlValues>& into = geometry.values[static_cast<size_t>(kind)];
@@ -468,6 +485,7 @@ Result<> Parser::geometry_node(VrmlGeometry::Type type) {
   geometry.line = open_.back().line;
   geometry.name = nearest_name();
   geometry.transform = transforms_around();
+  // A hostile file may nest geometries; the outer one goes on behind the inner.
   VrmlGeometry* const outer = std::exchange(geometry_, &geometry);
   MAILLE_CHECK(walk('}'));
   geometry_ = outer;

@@ -27,11 +27,14 @@ struct VrmlValues {
   uint64_t numbers() const { return bytes.size() / size_of(type); }
 };
 
+// A geometry as it stands in the file. The arrays are indexed by VrmlKind; a null list of values means the
+// file gives none, and an empty index that the order of coordIndex holds.
 struct VrmlGeometry {
   enum class Type : uint8_t { faces, lines, points };
   Type type = Type::faces;
   std::string name;
   std::string transform;
+  /// Where it begins, for error messages.
   uint64_t line = 0;
   std::array<std::shared_ptr<const VrmlValues>, vrml_kinds> values;
   std::array<std::vector<int32_t>, vrml_kinds> indices;

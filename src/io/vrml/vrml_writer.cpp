@@ -20,7 +20,7 @@ struct Shape {
   std::vector<uint64_t> cells;
 };
 
-/// An array with its place in VRML.
+/// An array with its place in VRML: "FIELD NODE { LIST [ numbers ] }".
 struct Values {
   const char* field;  ///< of the geometry
   const char* node;
@@ -57,6 +57,7 @@ class VrmlWriter {
                                    Values{"texCoord", "TextureCoordinate", "point", 2}};
   std::vector<uint32_t> points_;  ///< of each corner
   std::array<Shape, 3> shapes_;   ///< of the current block, by type
+  // The cell and the corner that come next, counted over all blocks.
   uint64_t cell_ = 0, corner_ = 0;
   std::array<bool, 3> points_written_ = {};  ///< arrays on points whose node can be used again
   bool coordinates_written_ = false;
@@ -64,7 +65,7 @@ class VrmlWriter {
   std::vector<std::string> notes_;
 };
 
-/// Corners know most, then points, then cells.
+/// Takes the first array that fits. Corners know most, then points, then cells.
 void VrmlWriter::choose(Values& values, Role role) {
   for (const Domain domain : {Domain::corner, Domain::point, Domain::cell}) {
     for (const Array& array : mesh_.arrays) {
@@ -115,6 +116,9 @@ void VrmlWriter::note_rest() {
     notes_.push_back(counted(renamed_, "block name") + " changed where VRML allows no such character");
 }
 
+// The fields of the transforms around a block, as the reader kept them. Metadata may come from a hostile file
+// and is written as it is, so text with brackets, quotes or comments is left out: it could not be told from
+// nodes.
 std::string VrmlWriter::transform_of(size_t block) const {
   const std::string key = "vrml.transform." + std::to_string(block);
   for (const auto& [name, value] : mesh_.metadata) {
@@ -127,7 +131,7 @@ std::string VrmlWriter::transform_of(size_t block) const {
   return "";
 }
 
-/// VRML names hold no blanks or brackets and do not start with a digit or sign.
+/// A name as VRML allows it: names hold no blanks or brackets and do not start with a digit or sign.
 std::string VrmlWriter::identifier(const std::string& name) {
   std::string id;
   for (const char c : name) {
@@ -139,6 +143,8 @@ std::string VrmlWriter::identifier(const std::string& name) {
   return id;
 }
 
+// Adds a cell to the shape of its kind; corners are numbers in the whole mesh, so that arrays on corners can
+// be looked up by them.
 void VrmlWriter::add_cell(CellType type, std::span<const uint32_t> nodes, uint64_t cell, uint64_t corner) {
   const auto add = [&](Shape::Type shape, std::initializer_list<size_t> which) {
     for (const size_t k : which) shapes_[shape].corners.push_back(static_cast<int64_t>(corner + k));
@@ -164,9 +170,11 @@ void VrmlWriter::add_cell(CellType type, std::span<const uint32_t> nodes, uint64
       for (size_t k = 0; k < nodes.size(); ++k) add(Shape::points, {k});
       return;
     case CellType::pixel:
+      // A pixel numbers its corners by rows; a face goes around.
       return add(Shape::faces, {0, 1, 3, 2});
     case CellType::triangle_strip:
       ++strips_;
+      // Every second triangle of a strip is turned over, so that all are seen from the same side.
       for (size_t i = 0; i + 2 < nodes.size(); ++i) add(Shape::faces, {i, i + 1 + i % 2, i + 2 - i % 2});
       return;
     default:
@@ -196,7 +204,8 @@ void VrmlWriter::put_tuple(const Values& values, uint64_t i) {
   out_.put('\n');
 }
 
-/// All points, or those of a point set.
+/// Writes all points, or those of a point set. All points are written once, and other geometries refer to
+/// them, so that the reader finds shared points again.
 void VrmlWriter::put_coordinates(const Shape* only) {
   if (!only && coordinates_written_) {
     out_.put("coord USE maille_points\n");
@@ -216,6 +225,7 @@ void VrmlWriter::put_coordinates(const Shape* only) {
   out_.put("] }\n");
 }
 
+// Writes the points' numbers, or 0, 1, 2, ... for values that stand in the order of the corners.
 void VrmlWriter::put_indices(const char* field, const Shape& shape, bool count_up) {
   out_.put(field);
   out_.put(" [\n");
@@ -263,6 +273,8 @@ void VrmlWriter::put_values(const Values& values, const Shape& shape, Shape::Typ
   if (array.domain == Domain::corner) put_indices((std::string(values.field) + "Index").c_str(), shape, true);
 }
 
+// Writes one geometry with the transforms of its block around it. A block past the last one stands for a mesh
+// without cells.
 void VrmlWriter::put_shape(const Shape& shape, Shape::Type type, size_t block) {
   static constexpr const char* nodes[3] = {"IndexedFaceSet", "IndexedLineSet", "PointSet"};
   std::string transform = block < mesh_.blocks.size() ? transform_of(block) : "";
@@ -284,6 +296,7 @@ void VrmlWriter::put_shape(const Shape& shape, Shape::Type type, size_t block) {
   ++written_;
 }
 
+// A block of several kinds of cells becomes several geometries: faces, then lines, then points.
 void VrmlWriter::put_block(size_t b) {
   const CellBlock& block = mesh_.blocks[b];
   shapes_ = {};
