@@ -21,6 +21,7 @@ class FaceSums {
   FaceSums(uint64_t points, std::span<const uint32_t> number) : sums_(points), mixed_(points) {
     for (uint64_t i = 0; i < points; ++i) mixed_[i] = split_mix(number.empty() ? i : number[i]);
   }
+  // Polygons and lines are one face of their corners, with all their nodes as points.
   void add_shape(const CellShape& shape, std::span<const uint32_t> points) {
     if (shape.dimension < 3) return add_face(points.first(shape.corners), points);
     // A point is in several faces: the cell's own sums first, then each point once.
@@ -95,6 +96,7 @@ std::vector<uint8_t> find_on_sides(const std::byte* positions, uint64_t count,
   return on_side;
 }
 
+// A polyhedron has the faces that are given.
 void add_polyhedron(const CellBlock& block, uint64_t cell, FaceSums& sums) {
   auto points = block.cell(cell);
   for (const uint32_t size : block.faces(cell)) {

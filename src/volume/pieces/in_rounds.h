@@ -33,6 +33,7 @@ Result<> in_rounds(Executor& executor, size_t count, size_t at_once, Load load, 
   };
   load_from(0);
   for (size_t first = 0; first < count; first += at_once) {
+    // What was loaded is worked on, and what was made is finished, while the next is loaded.
     std::swap(now, next);
     std::swap(before, made);
     made.clear();

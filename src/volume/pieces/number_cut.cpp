@@ -37,6 +37,7 @@ LookedAt look_at(const Mesh& mesh, const Pieces& pieces, Executor& executor) {
   return all;
 }
 
+// Stretches of numbers, one piece each.
 Pieces by_number(const NumberCut& cut, Executor& executor) {
   Pieces pieces(static_cast<size_t>(cut.pieces));
   executor.parallel_for(pieces.size(), [&](size_t i) {
@@ -48,6 +49,7 @@ Pieces by_number(const NumberCut& cut, Executor& executor) {
 
 }  // namespace
 
+// Evenly from the first to the last.
 std::vector<uint32_t> pieces_looked_at(uint64_t pieces) {
   constexpr uint64_t most = 8;
   const uint64_t count = std::min(pieces, most);

@@ -39,6 +39,7 @@ void CellPacker::pack(uint64_t number, uint32_t block, uint8_t type, std::span<c
   next_ = number + 1;
 }
 
+// The same steps in the same order as pack().
 const PackedCell& CellUnpacker::unpack(ByteReader& in) {
   const uint64_t head = in.get_count();
   bool as_many = true;

@@ -38,6 +38,7 @@ Result<> fetch_end(const Source& source) {
   return source.read_at(source.size() - end.size(), end);
 }
 
+// Roles and labels may differ: they are not what later steps rely on.
 bool is_alike(const StreamArray& array, const Array& decoded) {
   return array.name == decoded.name && array.domain == decoded.domain && array.type == decoded.type &&
          array.components == decoded.components;
@@ -169,6 +170,7 @@ Result<> PieceReader::take_step_in_pieces() {
   return check_fields();
 }
 
+// The arrays of the mesh, or those of a step that are the mesh's numbers.
 void PieceReader::take_numbered(const std::vector<NumberedArray>& numbered) {
   numbered_.clear();
   for (const NumberedArray& array : numbered)
@@ -214,6 +216,7 @@ void PieceReader::choose_arrays(std::optional<std::vector<std::string>> arrays) 
   }
 }
 
+// Shares the open file; only what is wanted differs.
 PieceReader PieceReader::with_arrays(std::optional<std::vector<std::string>> arrays) const {
   PieceReader other = *this;
   other.choose_arrays(std::move(arrays));
@@ -323,11 +326,13 @@ Result<> PieceReader::hold_against_index(uint32_t number, const DecodedPiece& pi
                                          "queries may miss cells");
 }
 
+// As many as the index says, all rising (decode_rising()).
 Result<PieceNumbers> PieceReader::read_numbers(uint32_t number) const {
   const std::vector<std::byte> numbers = MAILLE_TRY(file_->read_stream({"GIDS", number, 0}));
   return decode_numbers(numbers, pieces_[number].cells, pieces_[number].points);
 }
 
+// The steps of the group up to the one that is read.
 bool PieceReader::is_needed(uint64_t step) const {
   return options_.step != 0 && step <= options_.step && step >= first_of_group(options_.step);
 }
@@ -351,6 +356,7 @@ Result<std::vector<std::byte>> PieceReader::read_stream(uint32_t number, uint64_
   return with_steps(coded, number, first_of_group(step), step - 1);
 }
 
+// GIDS are read for these arrays even where nobody asks for numbers.
 bool PieceReader::has_numbers_wanted() const {
   return std::any_of(numbered_.begin(), numbered_.end(),
                      [&](const auto& array) { return wanted_[array.first] != 0; });
@@ -379,6 +385,7 @@ Result<DecodedPiece> PieceReader::read_coded(uint32_t number, bool numbered) con
   if (options_.step != 0) {
     coded.file = std::move(stream);
     stream = MAILLE_TRY(with_steps(coded, number, first_of_group(options_.step), options_.step));
+    // The number that the step has behind the piece's own stream.
     options.step = (options_.step - 1) % steps_of_group + 1;
   }
   Result<Mesh> mesh = decode_stream(*memory_source(std::move(stream)), options);

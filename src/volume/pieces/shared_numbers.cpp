@@ -37,6 +37,7 @@ void LastPieces::Box::add(const Box& other) {
   }
 }
 
+// Leaves are the pieces in their order; boxes above are unions.
 LastPieces::LastPieces(const std::vector<PieceRecord>& pieces) {
   while (leaves_ < pieces.size()) leaves_ *= 2;
   boxes_.resize(size_t{2} * leaves_);
@@ -78,6 +79,7 @@ SharedNumbers::SharedNumbers(const std::vector<PieceRecord>& pieces)
   for (Table& table : tables_) table.entries.resize(8);
 }
 
+// For tests of memory.
 size_t SharedNumbers::capacity() const {
   size_t all = 0;
   for (const Table& table : tables_) all += table.entries.size();
@@ -102,6 +104,7 @@ uint64_t SharedNumbers::find_or_add(const Place& place, uint32_t copy, const std
   const uint64_t hash = hash_of(0, place, copy);
   const auto more_hash = static_cast<uint32_t>(hash_of(1, place, copy));
   Table& table = tables_[hash >> 58];
+  // Four fifths full at most, so that searches stay short and end.
   if (table.used * 5 >= table.entries.size() * 4) make_room(table);
   Entry& entry = find(table, hash, more_hash);
   if (entry.last != none) return entry.number;

@@ -134,6 +134,7 @@ SourcePieces::SourcePieces(MeshSource& mesh, const WorkingSpace& space, const En
   }
 }
 
+// The block whose end is the first above the cell, empty blocks passed over.
 uint32_t SourcePieces::block_of(uint64_t cell) const {
   return static_cast<uint32_t>(std::upper_bound(block_ends_.begin(), block_ends_.end(), cell) -
                                block_ends_.begin());
@@ -208,6 +209,7 @@ Result<> SourcePieces::distribute() {
               ? std::span<const uint32_t>()
               : std::span(piece.face_sizes)
                     .subspan(piece.cell_faces[i], piece.cell_faces[i + 1] - piece.cell_faces[i]);
+      // Middles are computed once more: keeping them would take memory for every cell.
       const uint32_t to = by_number_ ? by_number_->piece_of(first + i)
                                      : cuts_.piece_of(MAILLE_TRY(middle_of(first + i, nodes)));
       ++sizes_[to].cells;
@@ -256,6 +258,7 @@ Result<> SourcePieces::cut(uint64_t target) {
   middles.reserve(std::min(description().cells, most_sampled + 1));
   MAILLE_CHECK(sample(middles));
   cuts_ = bisect(middles, pieces_of(description().cells, target), executor_);
+  // Given back before buffers of lists are made.
   std::vector<Middle>().swap(middles);
   std::vector<uint32_t>().swap(cuts_.places);
   MAILLE_CHECK(divide(cuts_.ends.size()));
@@ -363,6 +366,7 @@ Result<SourcePieces::Loaded> SourcePieces::load(Raw raw) const {
   split_tuples(values, of_cells);
   loaded.sub.points = std::move(raw.points);
   loaded.shared = std::move(raw.shared);
+  // What a source gave is as hostile as any file.
   MAILLE_CHECK(validate(mesh));
   return loaded;
 }

@@ -10,6 +10,7 @@
 namespace maille {
 namespace {
 
+// Closed on both sides, as conditions are.
 bool overlap(const ValueCondition& wanted, double low, double high) {
   return low <= wanted.high && high >= wanted.low;
 }
@@ -37,6 +38,7 @@ bool may_have(const PieceField& field, const ValueCondition& wanted) {
   return overlap(wanted, std::sqrt(least) * (1 - 1e-12), std::sqrt(most) * (1 + 1e-12));
 }
 
+// Comparisons with NaN are false: what is no number has no wanted value.
 bool has_value(const Array& array, uint64_t tuple, const ValueCondition& wanted) {
   const size_t size = size_of(array.type);
   const std::byte* numbers = array.bytes.data() + tuple * array.tuple_size();
@@ -66,6 +68,7 @@ std::optional<Box> box_of(const Array& positions, std::span<const uint32_t> poin
   return box;
 }
 
+// Such a region need not be asked about each cell; it also takes cells that are nowhere.
 bool is_everywhere(const Region& region) {
   return !region.box && !region.sphere && region.planes.empty();
 }
@@ -92,6 +95,7 @@ Box box_of(const PieceRecord& piece) {
 
 }  // namespace
 
+// Names and components are checked once, so that the tests of pieces and cells can index by number.
 Result<CheckedQuery> CheckedQuery::check(const VolumeQuery& query, const PieceReader& file) {
   CheckedQuery checked;
   checked.query_ = &query;

@@ -106,6 +106,7 @@ std::vector<NumberMap> exact_maps(const Array& array) {
   return maps;
 }
 
+// Doubles that are floats are given maps of floats, with factor 1, by which they are known to be such.
 std::vector<NumberMap> lossless_maps(const Array& array) {
   const std::optional<Array> floats = as_floats(array);
   if (!floats) return exact_maps(array);
@@ -114,6 +115,7 @@ std::vector<NumberMap> lossless_maps(const Array& array) {
   return maps;
 }
 
+// The maps of one array, with the bound that holds and the extent that relative bounds are parts of.
 Result<> add_maps(const Array& array, const Tolerance& tolerance, bool are_positions, ArrayMapsList& list) {
   if (tolerance.kind == Tolerance::Kind::lossless) {
     list.maps.push_back(lossless_maps(array));
@@ -154,6 +156,7 @@ std::optional<Array> as_floats(const Array& array) {
   return floats;
 }
 
+// The largest error is the one that was met while coding, not the bound.
 void add_error(const ArrayMapsList& maps, const StreamReport& stream, const Tolerance& asked, size_t i,
                ArrayReport& report) {
   report.bound = maps.bounds[i];
@@ -198,6 +201,7 @@ Result<std::vector<NumberMap>> declared_maps(const StreamArray& array, double di
   if (tolerance.kind == Kind::relative) step = 2 * tolerance.value * diagonal;
   if (tolerance.kind == Kind::bits)
     step = width / (std::ldexp(1.0, static_cast<int>(std::min(tolerance.value, 52.0))) - 1);
+  // A declared range without width: all numbers are kept as they are.
   if (!(step > 0) || !std::isfinite(step)) return std::vector<NumberMap>(array.components, exact);
   bound = step / 2;
   const double origin = array.range ? array.range->first : 0;
@@ -208,6 +212,7 @@ Result<std::vector<NumberMap>> declared_maps(const StreamArray& array, double di
   return std::vector<NumberMap>(array.components, lattice);
 }
 
+// Arrays of `options` are those of the mesh on points and cells, in its order.
 Result<ArrayMapsList> choose_stream_maps(const Mesh& mesh, const StreamOptions& options) {
   ArrayMapsList list;
   MAILLE_CHECK(add_maps(mesh.points, options.positions.tolerance, true, list));

@@ -160,6 +160,7 @@ class SourceFeeder {
   uint64_t block_end_ = 0;
 };
 
+// The report of a mesh in memory, from what the description knows.
 EncodeReport report_of(const MeshDescription& mesh, const EncodeOptions& options, const StreamReport& stream,
                        const ArrayMapsList& maps) {
   EncodeReport report = report_of(mesh);
@@ -196,6 +197,7 @@ uint64_t bytes_in_use(const MeshDescription& mesh, const EncodeOptions& options)
   return of_point + cells * of_cell;
 }
 
+// As the functions of these names count them of a mesh in memory, so that both make the same choices.
 uint64_t count_numbers(const MeshDescription& mesh) {
   uint64_t numbers = mesh.points * 3;
   for (const Array& array : mesh.arrays) numbers += mesh.count_of(array) * array.components;
@@ -242,9 +244,11 @@ Result<EncodeReport> encode_stream(MeshSource& given, Sink& sink, const EncodeOp
   StreamOptions stream = MAILLE_TRY(stream_options_of(given.description(), options));
   std::vector<NumberedArray> numbered;
   if (!stream.any_order) numbered = MAILLE_TRY(find_numbered(given));
+  // Everything below reads zeros in the stead of numbers.
   WithoutNumbers mesh(given, numbered);
   stream.delay = space.delay;
   LastUses uses = MAILLE_TRY(LastUses::find(mesh, space, options));
+  // Before anything is written: a limit that cannot be kept is told up front.
   const uint64_t for_pages = MAILLE_TRY(memory_for_pages(mesh, uses, space, options));
   const bool fast = mixing_is_fast(count_numbers(mesh.description()), mesh.description().cells, false);
   ArrayMapsList maps = MAILLE_TRY(choose_source_maps(mesh, stream, mixes_values(options.effort, fast)));

@@ -19,6 +19,7 @@ size_t stride_of(const StreamOptions& options) {
 
 }  // namespace
 
+// Room for tuples is made once: blocks exchange their vectors with the intake.
 StreamBatches::StreamBatches(Sink& sink, StreamOptions options, StreamHeader header,
                              std::vector<std::byte> order_apart, std::vector<uint8_t> borders,
                              FileWriter file)
@@ -188,6 +189,8 @@ Result<> StreamBatches::run_block() {
   if (!intake.ended.empty()) resolve_ends(late);
   MAILLE_CHECK(begin_stream());
   MAILLE_CHECK(run_records());
+  // is_alive() is asked after all waiting cells were coded: a point that none of them has is either
+  // still in memory, or no cell has had it.
   for (const uint64_t number : late) {
     intake.add(coder_->is_alive(number) ? ended_point : isolated_point, CellType::vertex, {&number, 1}, {});
     if (is_full()) MAILLE_CHECK(run_records());
@@ -202,6 +205,7 @@ Result<> StreamBatches::run_records() {
   Result<> cells, positions;
   Block& block = blocks_[current_];
   Block& before = blocks_[1 - current_];
+  // Task 0 are the cells, which take longest; then positions; then arrays.
   executor_.parallel_for(1 + (values_wait_ ? stages_.size() : 0), [&](size_t task) {
     if (task == 0) {
       cells = code_cells(block);
@@ -233,6 +237,7 @@ void StreamBatches::close_batch() {
   closed_->numbers = numbers_.finish();
   cells_ = {};
   numbers_ = {};
+  // The numbers follow in the same chunk, and take the rest of it.
   batch_.cell_bytes = closed_->cells.size();
   closed_->header = std::move(batch_);
   batch_ = {};
@@ -335,10 +340,12 @@ Result<StreamReport> StreamBatches::finish() {
   tail.points = report_.points;
   tail.cells = report_.cells;
   report_.corners = tail.corners;
+  // What a decoder will need at most: readers estimate their memory by it.
   tail.most_live_points = report_.most_live_points;
   tail.most_live_cells = report_.most_live_cells;
   set_ranges_of_numbers();
   for (const auto& stage : stages_) report_.errors.push_back(stage.largest_error());
+  // Without bounds all are 0, and the list is left out.
   if (std::any_of(header_.bounds.begin(), header_.bounds.end(), [](double bound) { return bound > 0; }))
     tail.errors = report_.errors;
   MAILLE_CHECK(file_.write_stream({"TAIL", 0, 0}, encode_tail(tail)));

@@ -517,6 +517,7 @@ FirstCells first_cells_of(const Mesh& mesh, const Ordering& ordering) {
   return first;
 }
 
+// Only for arrays without loss: a lattice has even codes already. Arrays of numbers are zeros here.
 Result<> add_tables(const Mesh& mesh, const StreamedArrays& streamed, const Ordering& ordering, int effort,
                     ArrayMapsList& maps) {
   TableSearch tables(mixes_values(effort, maps.mixing_is_fast),
@@ -604,6 +605,7 @@ Result<EncodeReport> encode_stream_by(const Mesh& mesh, Sink& sink, const Encode
   maps.mixing_is_fast = mixing_is_fast(count_numbers(mesh), mesh.cell_count(), ordering.by_front);
   maps.bounded_numbers = count_bounded(mesh, maps.bounds);
   maps.borders = ordering.borders;
+  // A mesh with numbers of elements keeps the order of those that have them.
   stream_options.any_order = stream_options.any_order && streamed.numbered.empty();
   const bool points_keep_order = !stream_options.any_order || ordering.apart;
   // What is written then counts as any order, and the order apart makes up for it.
@@ -614,6 +616,7 @@ Result<EncodeReport> encode_stream_by(const Mesh& mesh, Sink& sink, const Encode
   MAILLE_CHECK(add_tables(mesh, streamed, ordering, options.effort, maps));
   StreamWriter writer = MAILLE_TRY(begin_with_maps(sink, std::move(stream_options), maps));
   MAILLE_CHECK(MeshFeeder(mesh, streamed, writer, ordering, options).feed());
+  // From here on the file is complete; what follows is for the caller.
   const StreamReport stream = MAILLE_TRY(writer.finish());
   if (points_keep_order && coded_points != nullptr) {
     coded_points->resize(mesh.point_count());

@@ -55,6 +55,7 @@ class StreamReader::Implementation {
   Result<bool> next(StreamPortion& portion);
 
  private:
+  // Errors name the file and the batch, which is where salvage stops.
   tl::unexpected<Error> damaged(const std::string& what) const {
     return failure(ErrorCode::corrupt, pull_.name() + ": batch " + std::to_string(batches_) + ": " + what);
   }
@@ -91,6 +92,7 @@ class StreamReader::Implementation {
   std::vector<std::byte> cell_stream_, number_stream_;
   std::vector<std::vector<std::byte>> value_streams_;  ///< positions, then the arrays in the stream
   std::optional<RangeDecoder> cells_, numbers_;
+  // They take turns: `ready_` is the one whose values come next, the other one gets the next cells.
   std::array<Block, 2> blocks_;
   std::vector<std::byte*> tuples_;        ///< by stage, of the block whose values come next
   std::vector<Vector3> places_;           ///< of the points of that block, if arrays need them
@@ -100,6 +102,7 @@ class StreamReader::Implementation {
   bool is_ready_ = false;
   uint64_t records_left_ = 0;
   size_t starts_used_ = 0;  ///< of the batch's blocks of cells
+  // Of the block of cells that the current record is in.
   CellType block_type_ = CellType::mixed;
   uint64_t batches_ = 0;
   uint64_t cells_seen_ = 0, points_seen_ = 0;
@@ -194,6 +197,8 @@ Result<bool> StreamReader::Implementation::begin_batch() {
   return begun;
 }
 
+// CELL comes first, then POSI and ARRY in the order of the header; anything else is damage. The bytes of
+// coded cells are copied, as decoders refer to them while chunks go by.
 Result<bool> StreamReader::Implementation::read_batch() {
   ChunkHeader header;
   Bytes content;
@@ -275,6 +280,7 @@ Result<> StreamReader::Implementation::read_values() {
       chains_[s].begin_empty_batch();
       continue;
     }
+    // A chain of a step that begins with an array of the mesh needs that array's bytes, too.
     const Bytes of_mesh = value_streams_[s == 0 ? 0 : chains_[s].mesh_array()];
     MAILLE_CHECK(chains_[s].begin_batch(of_mesh, step_ ? &*step_ : nullptr, static_cast<uint32_t>(batches_)));
   }
@@ -543,6 +549,7 @@ StreamReader::StreamReader(std::unique_ptr<Implementation> implementation)
 StreamReader::StreamReader(StreamReader&&) noexcept = default;
 StreamReader::~StreamReader() = default;
 
+// Errors: cannot_read, corrupt, unsupported, memory_bound; nothing beyond the description is read.
 Result<StreamReader> StreamReader::open(std::unique_ptr<ByteStream> bytes, const StreamReadOptions& options) {
   auto implementation = std::make_unique<Implementation>(std::move(bytes), options);
   MAILLE_CHECK(implementation->open());

@@ -85,6 +85,7 @@ unsigned StreamWriter::Implementation::kind_in_block(CellType type, size_t nodes
 template <class NumberAt>
 Result<> StreamWriter::Implementation::add_points(uint64_t count, NumberAt number_at, Bytes positions,
                                                   std::span<const Bytes> arrays) {
+  // Position and arrays of each point go side by side into the waiting points, in the order of the options.
   std::vector<std::pair<const std::byte*, size_t>> parts;
   const auto add_part = [&](Bytes bytes, const StreamArray& array) {
     parts.emplace_back(bytes.data(), array.tuple_size());
@@ -132,6 +133,7 @@ Result<> StreamWriter::Implementation::check_cells(CellType type, size_t count, 
   if (block != CellType::mixed && block != type) {
     return wrong(std::string(name_of(type)) + " in a block of type " + name_of(block));
   }
+  // "mixed" is a type of blocks only.
   if (type == CellType::mixed || std::string_view(name_of(type)) == "unknown") return wrong("unknown type");
   const unsigned needed = nodes_of(type);
   // Also a bound for what one record takes in memory and in the file.
@@ -147,6 +149,7 @@ Result<> StreamWriter::Implementation::check_cells(CellType type, size_t count, 
     }
     ++next;
   }
+  // Fewer were found above, more are found here.
   return next == arrays.size() ? Result<>{} : wrong("more arrays than declared");
 }
 
@@ -238,6 +241,7 @@ Result<> StreamWriter::Implementation::add_cell(unsigned kind, CellType type,
   cell.last_use.assign(last_use.begin(), last_use.end());
   cell.last_use.resize(numbers.size());
   cell.face_sizes.assign(face_sizes.begin(), face_sizes.end());
+  // Values are kept with the cell, as the order of cells is not known yet.
   cell.values.clear();
   for (const Bytes array : arrays) {
     const Bytes tuple = array.subspan(i * (array.size() / count), array.size() / count);
@@ -296,6 +300,7 @@ Result<> StreamWriter::Implementation::add_polyhedron(std::span<const uint32_t> 
                        " corners, and " + std::to_string(connectivity.size()) + " points for them");
   }
   ++cells_of_type_[static_cast<uint8_t>(CellType::polyhedron)];
+  // A member, as it would be allocated for every polyhedron.
   sorted_.assign(connectivity.begin(), connectivity.end());
   count_polyhedron(sorted_, face_sizes.size(), tail_.polyhedra);
   return add_cell(face_cell, CellType::polyhedron, connectivity, last_use, face_sizes, 0, 1, arrays);
@@ -305,6 +310,7 @@ Result<> StreamWriter::Implementation::add_polyhedron(std::span<const uint32_t> 
 /// intake; else the end is a record of its own (StreamBatches::resolve_ends()).
 Result<> StreamWriter::Implementation::end_points(std::span<const uint64_t> numbers) {
   for (const uint64_t number : numbers) {
+    // A cell that is held back will end it when it comes.
     if (delay_ && delay_->end(number)) continue;
     if (intake_.ended.insert(number).second) intake_.told.push_back(number);
     if (intake_.ended.size() == most_ended) MAILLE_CHECK(batches_.run());
@@ -322,6 +328,7 @@ Result<> StreamWriter::Implementation::flush() {
 /// The last records, the tail and the footer; the sink is committed. Nothing may be called afterwards.
 Result<StreamReport> StreamWriter::Implementation::finish() {
   MAILLE_CHECK(add_all_delayed());
+  // By type, ascending, as TAIL has them.
   for (unsigned type = 0; type < cells_of_type_.size(); ++type) {
     if (cells_of_type_[type] > 0) tail_.types.emplace_back(static_cast<CellType>(type), cells_of_type_[type]);
   }
