@@ -128,6 +128,7 @@ class ReferenceFinder {
     }
   }
 
+  /// One corner, which is the newest of what it sees, or not: only elements before it count.
   void look_at(uint32_t c) {
     const uint32_t e = element_[c], next = faces_.next(c), previous = faces_.previous(c);
     const uint32_t i = element_[next], j = element_[previous];

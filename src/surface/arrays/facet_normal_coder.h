@@ -64,7 +64,7 @@ class FacetNormalCoder {
   using Tuple = typename VectorCodes<Code>::Tuple;
   enum class Way : uint8_t { none, computed, repeated, other };
 
-  /// What later faces ask of one.
+  /// What later faces ask of one, 32 bytes for each cell of the array.
   struct Kept {
     Vector3 normal;
     uint32_t base = none;  ///< the half-edge that its normal was computed from, where that is certain
@@ -81,6 +81,8 @@ class FacetNormalCoder {
     return static_cast<unsigned>(std::clamp((half - from) / per_class, 0, static_cast<int>(classes) - 1));
   }
 
+  /// What the normal should be by its corners before rounding and by known neighbours, and what the formula
+  /// gives.
   void estimate() {
     known_.clear();
     for (const FaceCorners::Neighbour& neighbour : face_.neighbours()) {
@@ -199,7 +201,8 @@ class FacetNormalCoder {
     return base_model_[entry_state_][longer_sides(candidate.corner)][i][candidate.corners > 1]
                       [candidates.count > 2];
   }
-  /// How many of a triangle's sides are longer than the one opposite a corner.
+  /// How many of a triangle's sides are longer than the one opposite a corner: programs often begin at the
+  /// longest or the shortest side.
   unsigned longer_sides(unsigned corner) const {
     const auto square_opposite = [&](unsigned c) {
       const Vector3 side = face_.position((c + 1) % 3) - face_.position((c + 2) % 3);
@@ -240,7 +243,8 @@ class FacetNormalCoder {
   }
 
   /// The corner where the edge to the face that came last before begins, of those whose base is known if
-  /// there are any; and where on that face, seen from there, its base is: 1 to 3, 0 where nobody knows.
+  /// there are any. Sets entry_state_: where on that face, seen from there, its base is, 1 to 3; 0 where
+  /// nobody knows.
   unsigned find_entry() {
     entry_state_ = 0;
     const FaceCorners::Neighbour* last = nullptr;
@@ -325,6 +329,7 @@ class FacetNormalCoder {
     const double variance_a = code_number(a, mean[a], covariance[a][a], first_model_[error_class_]);
     // What the first component tells of the second.
     const double found = value_[a] - mean[a];
+    // variance_a has the unit's own variance in it, so it is not 0.
     const double part = covariance[a][b] / variance_a;
     const unsigned apart =
         class_of(half_octaves_of(between(std::fabs(found) / std::sqrt(variance_a), 0.05, 100)), -9, 3, 7);
@@ -365,6 +370,7 @@ class FacetNormalCoder {
   double code_number(unsigned k, double mean, double variance, BinModels& models) {
     mean = between(mean, -1e30, 1e30);
     const double unit = codes_.unit(k, mean);
+    // The variance of rounding to the unit is added here, once for estimate and number.
     variance = between(variance, 0, 1e60) + unit * unit / 12;
     const double spread = std::sqrt(variance);
     if (code_zero(k, mean, spread)) return variance;

@@ -32,7 +32,8 @@ class FaceCorners {
   FaceCorners(const PatchElements& elements, const std::vector<uint32_t>& face_of)
       : elements_(elements), surface_(*elements.surface), face_of_(face_of) {}
 
-  /// No corners for cells that are not on the surface.
+  /// Finds the corners of a cell, and its neighbours; none for cells that are not on the surface. What it had
+  /// of the cell before goes.
   void find(uint32_t cell) {
     points_.clear();
     half_edges_.clear();

@@ -73,7 +73,8 @@ class JointCoder {
   }
   bool are_twins(uint32_t a, uint32_t b) const { return !twins_.empty() && twins_[a] == twins_[b]; }
 
-  /// Those that are not known, in the order of their edges.
+  /// Visits the joints that twins do not tell, in the order of their edges: an edge by its lower corner, its
+  /// start before its end.
   template <class Visit>
   void for_each_joint(Visit visit) const {
     for (uint32_t c = 0; c < faces_.corners(); ++c) {
@@ -97,8 +98,8 @@ class JointCoder {
     }
   }
 
-  /// A cut runs on to the other end of its edge, and a point has none or two and more. `left`: how many
-  /// joints each point has.
+  /// Codes the joints of points with a cut. A cut runs on to the other end of its edge, and a point has none
+  /// or two and more: these are the contexts. `left`: how many joints each point has, counted down.
   template <class Same>
   void code_joints(const std::vector<uint8_t>& cut, std::vector<uint8_t> left, Same same) {
     std::vector<uint8_t> cuts(faces_.point_count);

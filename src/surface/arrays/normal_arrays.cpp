@@ -20,6 +20,7 @@ namespace {
 // swept.
 constexpr uint32_t trial_elements = 1 << 15;
 
+/// Codes the first `most` elements, or those until `pace` stops; a trial and the whole are the same function.
 template <class Code>
 std::vector<std::byte> encode_codes(const PatchElements& elements, const std::vector<uint32_t>& face_of,
                                     const Array& array, const ArrayMaps& maps, const ArrayCoding& coding,
@@ -229,6 +230,7 @@ void fill_codes(const Array& array, const ArrayMaps& maps, uint64_t tuple, Code*
   }
 }
 
+/// As a section, so that a decoder can read it behind the codes, which the numbers replace.
 void put_exceptions(ByteWriter& out, const PatchElements& elements, const std::vector<uint32_t>& face_of,
                     const Array& array, const ArrayMaps& maps, std::span<const uint32_t> source) {
   ByteWriter exceptions;

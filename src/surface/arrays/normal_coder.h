@@ -289,6 +289,7 @@ class NormalCoder {
   Code code_near(unsigned k, double value) const {
     return static_cast<Code>(maps_.maps[k].nearest_code(type_, value));
   }
+  /// 0 for infinities (number_near()), so that these do not spread.
   double value_of(unsigned k, Code code) const { return maps_.maps[k].number_near(type_, code); }
 
   /// The distance between numbers near this one, in half octaves.
@@ -301,6 +302,7 @@ class NormalCoder {
   static int step_in_half_octaves(double step) {
     return half_octaves_of(std::clamp(std::fabs(step), 1e-37, 1e37));
   }
+  /// Unsigned, so that the last code has a next one, too.
   double curved_step(const NumberMap& map, double value) const {
     const int64_t code = map.nearest_code(type_, value);
     const auto next = static_cast<int64_t>(static_cast<uint64_t>(code) + 1);

@@ -126,7 +126,8 @@ class CornerJoints {
   unsigned history_ = 0;
 };
 
-/// Arrays of corners: wedge by wedge, which have one tuple each; twins that came up have theirs already.
+/// Arrays of corners: wedge by wedge, each of which has one tuple; twins that came up have theirs already, so
+/// nothing is coded for them.
 template <class Rans, class Code, class ElementCoder, class More>
 void code_wedges(const PatchElements& elements, ElementWalk& walk, ExpectedNormals& normals, Rans& rans,
                  std::span<const Code> codes, size_t components, ElementCoder& coder, More more) {

@@ -23,7 +23,7 @@ struct Rounding {
   int16_t scale = 0;  ///< the step for numbers from 1 to 2 (10), in half octaves
 };
 
-/// A normal that is expected, with its covariance.
+/// A normal that is expected, of length 1, with its covariance by component.
 struct NormalEstimate {
   Vector3 normal;  ///< 0 where there is none
   std::array<Vector3, 3> covariance;
@@ -78,6 +78,7 @@ class RoundedCorners {
     bool exists = false;
   };
 
+  /// Its covariance is 12 by 12 at most, on the stack.
   Joint joint_of(std::span<const uint32_t> corners) const;
   void condition(Joint& joint, const Neighbour& neighbour) const;
   static Turns turns_of(const Joint& joint);

@@ -9,6 +9,7 @@ uint32_t known_point(const PatchSurface& surface, uint32_t h, uint32_t vertex) {
   return other < vertex ? surface.point(other) : none;
 }
 
+/// Those beyond the fifth do not count, as the format says (13.3).
 void add_parallelogram(ElementStencil& stencil, uint32_t a, uint32_t b, uint32_t across) {
   if (across == none || stencil.parallelogram_count == ElementStencil::most_parallelograms) return;
   stencil.parallelograms[stencil.parallelogram_count++] = {a, b, across};

@@ -18,7 +18,8 @@ namespace maille {
 std::vector<std::byte> encode_twins(const PatchTopology& topology, std::span<const Vector3> positions,
                                     std::vector<uint32_t>& twin_of);
 
-/// Inverse: the number of each corner as in PatchElements, 0 in gaps. Safe on any bytes. Error: corrupt.
+/// Inverse: the number of each corner as in PatchElements, 0 in gaps; all numbers are below that of corners.
+/// Safe on any bytes. Error: corrupt.
 Result<std::vector<uint32_t>> decode_twins(const PatchTopology& topology, std::span<const Vector3> positions,
                                            Bytes bytes);
 

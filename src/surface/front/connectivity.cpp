@@ -148,6 +148,7 @@ Result<uint32_t> FrontCoder<Coder>::begin_face(uint32_t h, uint32_t degree) {
   } else {
     const uint32_t base = half_edges_;
     if (degree > max_degree) return corrupt("a face with too many edges");
+    // base is at most max_half_edges, so the difference cannot wrap.
     if (degree > max_half_edges - base) return corrupt("more faces than the patch may have");
     half_edges_ += degree;
     // Room is made only for faces that were really decoded.
@@ -457,6 +458,7 @@ Result<> FrontCoder<Coder>::code_list(uint32_t pivot) {
   return {};
 }
 
+/// Encoder: the edges of a vertex, by a turn around it; 0 in the decoder, which reads it.
 template <class Coder>
 uint32_t FrontCoder<Coder>::valence_at(uint32_t h) const {
   uint32_t valence = 0;
@@ -558,6 +560,7 @@ Result<DecodedConnectivity> decode_connectivity(const ConnectivityHeader& header
   const size_t room = std::min<size_t>(expected_half_edges, 64 * bytes.size() + 1024);
   reserve_pages(result.surface.origin, room);
   reserve_pages(result.surface.opposite, room);
+  // A vertex has about six half-edges.
   result.vertices.corner.reserve(room / 6);
   RangeDecoder decoder(bytes);
   FrontCoder<RangeDecoder> coder(decoder, header, result.surface, result.vertices);

@@ -170,6 +170,8 @@ class ElementWalk {
     return size > 0 && joined_[size - 1] ? after_cut : 0;
   }
 
+  /// From all faces of the wedge; a wedge that nothing is known of has the one before at its vertex for a
+  /// neighbour.
   template <class Same>
   void find_wedge_stencil(const Wedge& wedge, uint32_t vertex, uint32_t before, Same same) {
     stencil_.parallelogram_count = 0;

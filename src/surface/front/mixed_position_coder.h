@@ -122,6 +122,8 @@ class MixedPositionCoder {
   static constexpr unsigned contexts = with_repeats ? 4 : 0;
   static constexpr unsigned inputs = with_repeats ? 24 : 8;
   static constexpr unsigned bias_input = experts;
+  // Tables of 2^16 codes each, part of the format (14.7). Different contexts may meet in one place: then a
+  // match is wrong, no more.
   static constexpr unsigned follower_bits = 16;
   static constexpr unsigned most_contexts = 5;
   static constexpr unsigned node_types = 16;
@@ -297,6 +299,8 @@ class MixedPositionCoder {
   /// Each expert has ratios by another property of the place, so that they are wrong at different places.
   unsigned scale_place(unsigned j) const { return scale_bin_ * scale_kinds + kind_[j]; }
 
+  /// Two tables without hashing, of few contexts: they learn soon, and serve points whose hashed contexts are
+  /// new.
   void set_up_contexts() {
     const unsigned side = mean_[0] > mean_[1] ? 1 : 0;
     few_base_ = {&few_[0][(scale_bin_ * 16 + spread_bin_ * 2 + side) * nodes],
@@ -338,6 +342,7 @@ class MixedPositionCoder {
     }
     for (unsigned i = 0; i < contexts; ++i) table_.prefetch(hash_[i]);
   }
+  /// Of a point against its own centre, cut to 32 bits: enough for a context.
   uint32_t residual_code(uint32_t point, unsigned axis) const {
     return static_cast<uint32_t>(residuals_[at(point, axis)]);
   }

@@ -370,6 +370,7 @@ void PositionPredictor::order_axes() {
   result_.axes = {last == 0 ? 1u : 0u, last == 2 ? 1u : 2u, last};
 }
 
+/// In the order of the format (14.6, "Learning"): what the point missed by, its class' mean, weights, angles.
 void PositionPredictor::learn(uint32_t number, const Vector3& where) {
   Point& point = points_[number];
   for (unsigned k = 0; k < 3; ++k) positions_[number][k] = bounded(where[k], -farthest, farthest);

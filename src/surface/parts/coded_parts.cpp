@@ -223,6 +223,7 @@ Result<DecodedPart> decode_part(const FileReader& reader, const Description& des
   return decoded;
 }
 
+/// A section for each part, and nothing behind them.
 Result<std::vector<Bytes>> sections_of(Bytes bytes, size_t count) {
   ByteReader in(bytes);
   std::vector<Bytes> sections(count);

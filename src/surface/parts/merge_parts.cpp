@@ -97,6 +97,8 @@ Array merge_cell_array(const Merger& merger, ArrayOf array_of, CountOf count_of)
   return result;
 }
 
+/// By domain: points are joined, cells and corners follow one another, and what belongs to the mesh is in the
+/// first part.
 Array merge_array(const Merger& merger, size_t i) {
   const auto array_of = [i](Mesh& mesh) -> Array& { return mesh.arrays[i]; };
   switch (array_of(merger.parts[0]).domain) {
@@ -141,6 +143,7 @@ std::vector<CellBlock> merge_blocks(const Merger& merger) {
   std::vector<std::vector<uint64_t>> corners;
   std::vector<CellBlock> blocks = merge_offsets(merger, corners);
   merger.for_each_part([&](size_t p) {
+    // A table of the part's points; looking up ranks for each corner would take longer.
     const std::vector<uint32_t> numbers = merger.joined.parts[p].all_numbers();
     for (size_t b = 0; b < blocks.size(); ++b) {
       CellBlock& from = merger.parts[p].blocks[b];

@@ -87,6 +87,7 @@ void copy_cells(const Mesh& mesh, std::span<const uint32_t> cells, const PointSe
   });
 }
 
+/// Counted over all blocks, as PartNumbers wants; of a mesh whose corners fit 32 bits.
 std::vector<uint32_t> first_corners(const Mesh& mesh, std::span<const uint32_t> cells) {
   std::vector<uint64_t> before;  // by block: corners of those before
   uint64_t corners = 0;

@@ -10,7 +10,8 @@
 namespace maille {
 namespace {
 
-/// A cell, and twice the middle of its box: the same whatever the order of its nodes.
+/// A cell, and the middle of its box, which is the same whatever the order of its nodes; 16 bytes, of which
+/// many are moved.
 struct PlacedCell {
   std::array<float, 3> place;
   uint32_t cell;
@@ -39,6 +40,7 @@ PlacedCell place_cell(std::span<const float> positions, std::span<const uint32_t
   return placed;
 }
 
+/// Once, instead of looking at nodes in each round of cuts (ef6ac70).
 std::vector<PlacedCell> place_cells(const Mesh& mesh, std::span<const float> positions, Executor& executor) {
   std::vector<PlacedCell> cells(mesh.cell_count());
   uint64_t before = 0;

@@ -157,6 +157,7 @@ uint32_t number_in_mesh(const JoinedPart& part, uint32_t point) {
 
 }  // namespace
 
+/// Numbers of fewer than 8 bytes leave the rest 0, so places compare as wholes.
 Place place_of(const Array& positions, uint32_t point) {
   Place place{};
   const size_t size = size_of(positions.type);
@@ -228,6 +229,7 @@ Result<std::vector<SharedPoint>> decode_shared(Bytes bytes, uint32_t points,
   return shared;
 }
 
+/// Both lists are walked once: joined points rise.
 std::vector<uint32_t> JoinedPart::all_numbers() const {
   std::vector<uint32_t> all(points);
   uint32_t next = first_new;
@@ -240,6 +242,7 @@ std::vector<uint32_t> JoinedPart::all_numbers() const {
   return all;
 }
 
+/// Places of shared points only, as the positions of pieces may be gone when they are joined.
 PieceOfPoints piece_of_points(uint32_t points, std::span<const SharedPoint> shared,
                               const std::function<Place(uint32_t)>& place_of_point) {
   PieceOfPoints piece = {points, shared};
