@@ -49,6 +49,8 @@ std::vector<uint32_t> plain_connectivity(PatchSurface& surface) {
 
 }  // namespace
 
+/// The order within a block is part of the format (12.5): faces in coded order, then loose cells. Faces of
+/// several blocks are sorted into lists first, so that each block is written once.
 AssembledCells assemble_cells(PatchTopology topology, std::span<const BlockShape> blocks, bool with_places) {
   AssembledCells result;
   const PatchSurface& surface = topology.surface;

@@ -138,6 +138,7 @@ class GluingWalk {
   /// Does h run from its lower to its higher point once its face is oriented?
   bool runs_forward(uint32_t h) const { return edge_of(surface_, h).forward != flipped_[face_of(h)]; }
 
+  /// A face is reached once, by one half-edge, which decides whether it is flipped.
   void reach(uint32_t h, bool flipped) {
     rank_[face_of(h)] = static_cast<uint32_t>(queue_.size());
     flipped_[face_of(h)] = flipped;
@@ -166,6 +167,8 @@ class GluingWalk {
     if (rank_[face_of(best)] == none) reach(best, edge_of(surface_, best).forward == runs_forward(h));
   }
 
+  /// The three rules as ranks: of visited faces the first, else one that need not be flipped, else the lowest
+  /// number.
   uint32_t best_of_few(uint32_t h) {
     uint32_t best = none;
     std::pair<uint32_t, uint32_t> best_rank;

@@ -7,7 +7,8 @@
 namespace maille {
 
 /// MAILLE_SMALL_DECODER and MAILLE_CHART_DECODER leave modes and codings out of decoders for the web. What
-/// these say of that: no error for people, web/src/session.js takes another decoder then.
+/// these say of that is no error for people: web/src/session.js sees the code, and takes another decoder
+/// then. The codes lie above all of ErrorCode.
 inline tl::unexpected<Error> left_out(int code = 1002) {
   return failure(static_cast<ErrorCode>(code),
                  "this decoder leaves out how the file is coded; the full one has it");

@@ -154,6 +154,7 @@ std::vector<std::pair<CellType, uint64_t>> types_of(const Description& descripti
 
 }  // namespace
 
+/// Users are told of the mesh as it will be decoded: of a welded one, its points before welding.
 FileInfo file_info(const Description& description) {
   FileInfo info;
   info.effort = description.effort;

@@ -342,6 +342,8 @@ class PatchDecoder {
     return {};
   }
 
+  /// What a small decoder was built without is refused with a code of its own (left_out.h), by which web
+  /// pages load the full one.
   Result<FanPatchDecoder> begin_fans(Bytes bytes, uint32_t coding) const {
     if (coding == fan_coding) return FanPatchDecoder::begin(bytes, description_.points, description_.corners);
     if (coding == polygon_fan_coding) {

@@ -173,6 +173,7 @@ class LooseCellCoder {
     if (!same) type_ = static_cast<CellType>(other_type_.code(coder_, static_cast<uint32_t>(type)) & 0xff);
     return type_;
   }
+  /// A claimed size reserves nothing: nodes are read one by one, and the stream ends first.
   uint32_t code_size(CellType type, uint32_t size) {
     return nodes_of(type) != 0 ? nodes_of(type) : size_.code(coder_, size);
   }

@@ -33,6 +33,7 @@ std::vector<uint32_t> first_equal(Bytes keys, size_t size) {
   const auto key = [&](uint32_t i) { return keys.subspan(i * size, size); };
   const auto count = static_cast<uint32_t>(keys.size() / size);
   size_t slots = 16;
+  // Hashes are of bytes that a file may choose, so probes can be long; memory stays bounded.
   while (slots < 2 * size_t{count}) slots *= 2;
   std::vector<uint32_t> table(slots, none), first(count);
   for (uint32_t i = 0; i < count; ++i) {

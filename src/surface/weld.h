@@ -41,7 +41,8 @@ struct SplitPoints {
   std::vector<uint32_t> of_corner;
   std::vector<uint32_t> welded;  ///< by point: the one it is split from
 };
-/// `points`: of the welded mesh; `corners`: its connectivity; `twins`: the number on each corner.
+/// `points`: of the welded mesh; `corners`: its connectivity; `twins`: the number on each corner. Points come
+/// welded point by welded point; one of no cell stays one.
 SplitPoints split_points(uint32_t points, std::span<const uint32_t> corners, std::span<const uint32_t> twins);
 
 /// For points that are split again: by point, the one of the mesh before it was welded. `order`: that of the
@@ -50,7 +51,8 @@ std::vector<uint32_t> original_points(const WeldedMesh& welded, const ElementOrd
                                       std::span<const uint32_t> twins);
 
 /// Inverse of weld(), up to the order of points. `by_twin` tells which arrays of `mesh`, on corners, go back
-/// to points. Error: corrupt, if there are not `points` of them then.
+/// to points: each point gets the tuple of its last corner, as all its corners have the same. Error: corrupt,
+/// if there are not `points` of them then.
 Result<Mesh> split_twins(Mesh mesh, std::span<const uint32_t> twins, const std::vector<bool>& by_twin,
                          uint64_t points);
 

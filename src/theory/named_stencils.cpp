@@ -228,6 +228,7 @@ Stencil butterfly_stencil(unsigned points) {
   return stencil;
 }
 
+/// The centre of the ring is an end of the edge; the target lies half way to ring vertex 0.
 Stencil modified_butterfly_stencil(unsigned valence) {
   Stencil stencil{"modified-butterfly:" + std::to_string(valence), 2, {0.5, 0}, {}, {}, {}};
   add(stencil, "centre", {0, 0});
@@ -254,6 +255,8 @@ Stencil sqrt3_stencil(unsigned points) {
   return stencil;
 }
 
+/// The target is as far from the centre as the middle of an equilateral triangle with sides of 1, between
+/// ring vertices 0 and 1.
 Stencil sqrt3_ring_stencil(unsigned valence) {
   Stencil stencil{
       "sqrt3-ring:" + std::to_string(valence), 2, on_circle(std::sqrt(1.0 / 3), pi / valence), {}, {}, {}};
@@ -274,6 +277,7 @@ Stencil cube_stencil(unsigned mask) {
   return stencil;
 }
 
+/// Two layers of the known hexahedron, at z = -1 and 0, and the new corners at z = 1.
 Stencil hexahedron_stencil(unsigned known) {
   // Round the face, so that each new corner but the first has a known neighbour.
   constexpr std::array<std::array<int, 2>, 4> round = {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};

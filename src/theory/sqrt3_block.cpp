@@ -116,6 +116,8 @@ class Trisector {
 
 }  // namespace
 
+/// The corners of each new triangle begin at an old point, and at a border with the border's edge, on which
+/// Trisector relies.
 TriangleSurface turned(const TriangleSurface& surface, RingWeights& weights) {
   PointPredictor predictor(surface, weights);
   TriangleSurface result;

@@ -141,6 +141,8 @@ Result<NamedStencil> make_hexahedron(const Words& words) {
   return NamedStencil{hexahedron_stencil(known), taylor()};
 }
 
+/// Rules are those by which each stencil is known: full order where symmetry decides, order 2 or 3 where a
+/// published scheme has that.
 const std::vector<Family>& families() {
   static const std::vector<Family> all = {
       plain("parallelogram", "the tip of a triangle, from the triangle across its edge",

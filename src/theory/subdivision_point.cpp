@@ -21,7 +21,7 @@ Position mean(const Position& a, const Position& b) {
 }
 
 /// Taylor prediction of order 2 at a distance from the middle of a ring of radius 1, in closed form:
-/// functions of degree 0 and 2, 1 and 2 are the ring's waves of frequency 0, 1 and 2.  Of the highest
+/// functions of degree 0 and 2, 1 and 2 are the ring's waves of frequency 0, 1 and 2. Of the highest
 /// frequency of an even ring there is one wave instead of two. docs/prediction.md, "What comes out".
 std::vector<double> ring_weights(unsigned valence, double radius, double angle) {
   const double square = radius * radius;
@@ -147,6 +147,7 @@ Position PointPredictor::twelve_points(uint32_t h) const {
   return sum;
 }
 
+/// The mean of what irregular corners say by their rings; of regular ones, and at borders, the twelve points.
 Position PointPredictor::triangle_middle(uint32_t triangle) {
   Position sum{};
   unsigned count = 0;

@@ -55,6 +55,8 @@ uint32_t BlockCutter::point(uint32_t old, std::vector<Position>& points) {
   return point_names_[old];
 }
 
+/// Points get names as they come up in the chosen triangles; links to triangles that were not chosen become
+/// borders.
 TriangleSurface BlockCutter::chosen_surface() {
   TriangleSurface result;
   for (const uint32_t triangle : chosen_) {

@@ -57,6 +57,7 @@ Result<> glue_bucket(TriangleSurface& surface, std::span<uint32_t> members) {
   return {};
 }
 
+/// Errors name block and cell, as a user would look for them.
 Result<> append_triangles(const CellBlock& block, size_t number, std::vector<uint32_t>& corners) {
   const auto complain = [&](uint64_t cell, const std::string& what) {
     return failure(ErrorCode::malformed_input, "block " + std::to_string(number) + ", cell " +
