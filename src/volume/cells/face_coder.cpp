@@ -118,6 +118,8 @@ void FaceCoder<Coder>::load(const OpenFace& face, std::vector<uint32_t>& loop) c
 }
 
 template <class Coder>
+// The slot of the cell that brought the face: slots of both memories come from the hull, so they tell cells
+// apart.
 uint32_t FaceCoder<Coder>::cell_of(const OpenFace& face) const {
   return face.id != no_slot ? store_.face(face.id).cell : face.of_hull.cell;
 }
@@ -232,6 +234,7 @@ uint32_t FaceCoder<Coder>::wanted_slot(uint32_t own, uint32_t place) {
 }
 
 template <class Coder>
+// Encoder: own face as slots. False: it has a point that is not in memory, so that no face there can be it.
 bool FaceCoder<Coder>::load_own(uint32_t own) {
   loop_.clear();
   for (uint32_t i = 0; i < cell_->sizes[own]; ++i) {

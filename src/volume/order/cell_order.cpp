@@ -117,6 +117,7 @@ WaitingFaces::Face face_of(const CellFace& face, const uint32_t* corners, uint32
   return {uint64_t{point[0]} << 32 | point[1], uint64_t{point[2]} << 32 | point[3], cell, number};
 }
 
+// Cells without shape have no faces here, so that nothing is across them.
 void add_faces(const CellBlock& block, uint32_t cell, std::vector<WaitingFaces::Face>& faces) {
   const unsigned kind = kind_at(block, cell);
   if (kind >= shape_count) return;

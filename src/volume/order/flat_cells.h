@@ -100,6 +100,7 @@ class Remaining {
   std::vector<uint64_t> bits_;
   std::vector<uint32_t> sums_;
   uint64_t count_;
+  // The largest power of two that is no larger than the list of sums: where find() begins.
   size_t top_ = 1;
 };
 

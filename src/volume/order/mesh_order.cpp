@@ -131,6 +131,7 @@ class CellSequence {
     find_beside(base);
     find_others(base);
   }
+  // A cell all of whose points are done with has no cell near it.
   bool has_waiting(uint32_t cell) const {
     if (cell == nothing) return false;
     const auto nodes = nodes_of(cell);
@@ -390,12 +391,14 @@ bool code_permutation(Coder& coder, ResidualModel<64>& model, uint64_t first, ui
   return true;
 }
 
+// Lists of candidates are made once, for the largest block.
 uint64_t largest_size(const std::vector<CellBlock>& blocks) {
   uint64_t most = 0;
   for (const CellBlock& block : blocks) most = std::max(most, block.size());
   return most;
 }
 
+// Element i comes from place[i].
 void rearrange(Array& array, const std::vector<uint32_t>& place) {
   const size_t size = array.tuple_size();
   std::vector<std::byte> bytes(array.bytes.size());
@@ -406,6 +409,7 @@ void rearrange(Array& array, const std::vector<uint32_t>& place) {
 
 }  // namespace
 
+// Polyhedra, polygons of any size and loose cells have none.
 bool all_have_shapes(const Mesh& mesh) {
   for (const CellBlock& block : mesh.blocks) {
     for (uint64_t i = 0; i < block.size(); ++i) {

@@ -115,6 +115,7 @@ class Halver {
     return {middles_[place].at[axis], middles_[place].cell};
   }
 
+  // Boxes of stretches are joined in order; least and largest numbers would be the same in any.
   Box box_of(const Range& range, Executor& executor) {
     const Middle& any = middles_[places_[range.begin]];
     std::vector<Box> boxes(stretches(range));

@@ -281,6 +281,7 @@ Result<> SourcePieces::divide(size_t pieces) {
   return list_points();
 }
 
+// The sizes are known, as the pieces are there.
 LookedAt SourcePieces::look_at_pieces() const {
   LookedAt all;
   for (const uint32_t piece : pieces_looked_at(sizes_.size())) all.add(sizes_[piece]);

@@ -132,6 +132,8 @@ void MixedValueCoder<Coder, Bits>::find_sums(const PointStencil& stencil, PlaceO
   if (stencil.is_full()) {
     std::array<double, 7> p;
     for (unsigned k = 0; k < 7; ++k) p[k] = place_of(stencil.others[k]);
+    // Neighbours, then those across faces, then the one across the cell (PointStencil::others). Brackets are
+    // part of the format.
     const double near = (p[0] + p[1]) + p[2];
     const double across = (p[3] + p[4]) + p[5];
     sums = {near - across + p[6], near * (2 / 3.0) - across * (1 / 3.0), near * (1 / 3.0)};
@@ -262,6 +264,7 @@ void MixedValueCoder<Coder, Bits>::expect(const PointStencil& stencil) {
     add_features(stencil, sums);
   }
   find_sizes(stencil);
+  // The first component has none before it to go by; the others are alike.
   row_ = stencil.situation * 2u + (component_ > 0 ? 1 : 0);
   const bool planed = stencil.plane != nullptr;
   candidate_[fitted] = fitted_place();
@@ -298,6 +301,7 @@ void MixedValueCoder<Coder, Bits>::find_sizes(const PointStencil& stencil) {
   };
   for (unsigned k = 0; k < stencil.near_count; ++k) add(at(stencil.near[k]));
   if (stencil.near_count == 0) add(last_[component_]);
+  // The situation's own mean counts as one more neighbour, so that it rules where little is known around.
   const unsigned count = stencil.near_count == 0 ? 1 : stencil.near_count;
   deviation_ = std::sqrt((squares + situation_->square) / (count + 1));
   size_ = static_cast<double>(sum) / count;
@@ -429,6 +433,7 @@ template <class Coder, unsigned Bits>
 bool MixedValueCoder<Coder, Bits>::is_flat(Wide low, Wide high) const {
   const double from = boundary(low);
   const double width = boundary(high) - from;
+  // Written so that NaN is not flat.
   if (!(width < scale_)) return false;
   const double half = boundary(low + ((high - low + 1) >> 1)) - from;
   return half > 0.3 * width && half < 0.7 * width;
