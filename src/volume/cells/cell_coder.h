@@ -155,6 +155,7 @@ class CellCoder {
   // Turns are below 8 * most_faces = 48: this is none of them, and six bits tell one.
   static constexpr Turn no_turn = 255;
 
+  // The fast path (cell_coder.cpp), with sweep()'s own versions of its steps (cell_coder_sweep.cpp).
   void find_sources();
   bool code_by_pattern(Coder& coder, const StreamedCell& cell);
   bool fits(const PatternPlan& pattern, const Assembly& guess, const StreamedCell& cell);
@@ -174,6 +175,7 @@ class CellCoder {
   void enter_swept(const SweptPattern& plan, const SweptSources& sources, const HexahedronSlots& corners,
                    size_t at, size_t first_node, CodedCells& out);
 
+  // Cells at gates (cell_coder_gates.cpp).
   bool code_by_gates(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out);
   bool code_gate(Coder& coder, const StreamedCell& cell, bool& at_gate);
   void join_gate(Coder& coder, FaceRef gate, unsigned turn);
@@ -191,6 +193,8 @@ class CellCoder {
     return decide(coder, bit, question, local, nearby, valence);
   }
 
+  // The slow path: where a cell lies (cell_coder_slow.cpp), then the points that this leaves open
+  // (cell_coder_corners.cpp).
   void code_slowly(Coder& coder, StreamedCell& cell);
   void join_slowly(Coder& coder, const StreamedCell& cell);
   unsigned code_kind(Coder& coder, unsigned kind);
@@ -227,6 +231,7 @@ class CellCoder {
   uint32_t code_old_point(Coder& coder, uint32_t slot, uint64_t base);
   void glue_the_rest();
 
+  // New points, entering memory, and leaving it: common to all paths.
   void create_corners(Coder& numbers, StreamedCell& cell, CodedCells& out);
   /// `corner`: of the cell being coded; most_corners for other nodes.
   uint32_t create_point(Coder& numbers, uint64_t number, bool has_expected, uint64_t expected,

@@ -111,6 +111,7 @@ class FaceCoder {
   }
   void begin(Host& host, Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out);
   void code_type();
+  // Faces of both memories behind one interface.
   void load(const OpenFace& face, std::vector<uint32_t>& loop) const;
   uint32_t cell_of(const OpenFace& face) const;
   uint32_t size_of(const OpenFace& face) const;
@@ -120,11 +121,13 @@ class FaceCoder {
   OpenFace find_open(std::span<const uint32_t> loop);
   void close(const OpenFace& face);
 
+  // Encoder: which of the cell's own faces are open in memory.
   uint32_t wanted_slot(uint32_t own, uint32_t place);
   bool load_own(uint32_t own);
   void find_matches();
   uint32_t own_face_on(const OpenFace& face) const;
 
+  // The first face, from which the others are found.
   void add_anchor(const OpenFace& face, unsigned origin);
   void collect_anchors();
   void code_anchor();
@@ -132,6 +135,7 @@ class FaceCoder {
   uint32_t point_with(const OpenFace& wanted);
   OpenFace code_around(uint32_t point, const OpenFace& wanted);
 
+  // The other faces in memory, over edges.
   void add_member(const OpenFace& face);
   uint8_t* asked_about(const OpenFace& face);
   void flood();
@@ -143,6 +147,7 @@ class FaceCoder {
   void append_turned(uint32_t start, bool same_way);
   uint32_t code_start(uint32_t start, uint32_t size);
 
+  // Faces that are new, corner by corner (face_coder_loops.cpp).
   void code_loop(uint32_t own);
   void find_next();
   void code_corner(uint32_t wanted, uint64_t number);

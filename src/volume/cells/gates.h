@@ -55,11 +55,13 @@ class Gates {
   }
   /// How many entries the queue holds, with those that closed meanwhile: for tests of its memory.
   size_t held() const { return waiting_.size(); }
+  // A slot's counts begin anew with each point.
   void enter_point(const Hull& hull, uint32_t slot) {
     if (slot >= at_point_.size()) at_point_.resize(hull.point_capacity());
     at_point_[slot] = {};
   }
 
+  /// Also of a face that closed as a point ended: only a cell that comes there, or close(), clears the bit.
   bool is_gate(FaceRef face) const { return (cells_[face.cell].gates >> face.face & 1) != 0; }
   const Cell& cell(uint32_t slot) const { return cells_[slot]; }
   /// The edge of the face across that lies on edge `edge` of a glued one; no_edge: the two faces have the

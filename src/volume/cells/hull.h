@@ -259,8 +259,10 @@ class Hull {
     }
   }
 
+  /// How many are in memory: what a file's end tells as the largest number in use.
   uint32_t live_points() const { return point_slots_.taken(); }
   uint32_t live_cells() const { return cell_slots_.taken(); }
+  /// All slots are below: how large tables by slot have to be.
   uint32_t point_capacity() const { return point_slots_.capacity(); }
   uint32_t cell_capacity() const { return cell_slots_.capacity(); }
 

@@ -37,6 +37,7 @@ class LastUses {
   Result<> count_in_use(MeshSource& mesh, uint64_t first_point, uint64_t points,
                         std::vector<int64_t>& changes);
   LastUses(ScratchFile flags, ScratchFile seen) : flags_(std::move(flags)), seen_(std::move(seen)) {}
+  // One reading of all cells backwards, for a range of points.
   Result<> pass(MeshSource& mesh, uint64_t first_point, uint64_t points, Executor& executor);
   Result<> mark(uint64_t block, const CellPiece& cells, uint64_t first_point, std::vector<uint64_t>& seen);
   void note_types(const CellPiece& cells);

@@ -43,6 +43,7 @@ bool all_have_shapes(const Mesh& mesh);
 /// coded; with `points_only` cells keep the coded order.
 CodedOrder encode_order(const Mesh& mesh, const CellOrders& orders, const CellTurns& turns, Mixing mixing,
                         bool points_only);
+/// The same as differences of numbers: larger, and two to three times as fast.
 CodedOrder encode_plain_order(const Mesh& mesh, const CellOrders& orders, const CellTurns& turns,
                               bool points_only);
 

@@ -25,6 +25,7 @@ class CellMerger {
   /// cells.
   Result<> add(size_t piece, uint64_t number, uint32_t block, uint8_t type, std::span<const uint64_t> nodes,
                std::span<const uint32_t> faces, Bytes values);
+  /// Behind the last cell of a piece; pieces are added one after the other.
   Result<> end_piece(size_t piece);
   /// Gives all cells to the sink. False: they are not those of the mesh (a number twice or missing, another
   /// block), whatever a damaged file said of them.

@@ -21,6 +21,7 @@ Result<EncodeReport> encode_in_pieces(const Mesh& mesh, Sink& sink, const Encode
 /// by a sample. Memory: `space`, and some hundred bytes for each cell of the pieces that are coded at once.
 Result<EncodeReport> encode_in_pieces(MeshSource& mesh, Sink& sink, const EncodeOptions& options,
                                       uint64_t target, const WorkingSpace& space);
+/// The whole mesh in memory, pieces side by side. Errors as decode().
 Result<Mesh> decode_pieces(const Source& source, const DecodeOptions& options);
 /// Into a mesh that is written in parts, piece after piece; cells that do not come in its order go through a
 /// temporary file. Decoded values are held against the index, too: where it is wrong, queries miss cells.
@@ -28,6 +29,7 @@ Result<> decode_pieces(const Source& source, MeshSink& sink, const DecodeOptions
                        const WorkingSpace& space);
 /// All pieces that are whole.
 Result<Salvaged> salvage_pieces(const Source& source, const DecodeOptions& options);
+/// From description, index and end. Errors as inspect().
 Result<FileInfo> inspect_pieces(const Source& source);
 
 }  // namespace maille

@@ -45,6 +45,7 @@ class SourcePieces {
     std::vector<std::byte> tuples;  ///< by point its position and values
     std::vector<SharedPoint> shared;
   };
+  /// Pieces in rising order, as points without cells come from one list.
   Result<Raw> read(size_t piece);
 
   /// A piece as a mesh of its own, and what is known of it.
@@ -86,6 +87,7 @@ class SourcePieces {
   std::optional<SourcePoints> points_;
   std::optional<ScratchLists> cells_, point_lists_;
   std::optional<PointSharing> sharing_;
+  // Pieces behind those with cells.
   size_t unused_pieces_ = 0;
   uint64_t unused_in_piece_ = 0;
 };

@@ -41,6 +41,7 @@ std::optional<Array> as_floats(const Array& array);
 /// A lattice for a declared range, or the numbers as they are, by component. `diagonal`: what relative bounds
 /// are parts of; `bound` gets the largest error in units of the array, 0 for none. Error: usage.
 Result<std::vector<NumberMap>> declared_maps(const StreamArray& array, double diagonal, double& bound);
+/// Of the range that was declared; 0 where none was.
 double declared_width(const StreamArray& array);
 
 /// Zeros in the stead of numbers have no bounds and no tables.

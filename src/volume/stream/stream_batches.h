@@ -81,14 +81,17 @@ class StreamBatches {
   DecodedPlaces places_;
   bool is_placed_ = false;  ///< an array is expected from where points are
   std::vector<std::byte> point_buffer_;
+  // Never more than two blocks of cells and values are in memory, whatever the length of the stream.
   std::array<Block, 2> blocks_;
   unsigned current_ = 0;  ///< the block whose cells come next; the other one may wait for its values
+  // Whether the other block was coded by its cells, and not by its values yet.
   bool values_wait_ = false;
   BatchHeader batch_;
   std::optional<ClosedBatch> closed_;
   StreamedCell cell_;
   StreamReport report_;
   uint64_t records_taken_ = 0;  ///< into the intake, in this batch
+  // The first error, which all later calls give again.
   std::optional<Error> failed_;
 };
 

@@ -20,16 +20,24 @@ class FileReader;
 // encode(), decode() and inspect() for files of mode `stream`: a mesh in memory goes through StreamWriter and
 // StreamReader. Errors are those of encode() and decode().
 
+/// Checks the mesh, chooses maps and order, and writes the file. Errors: malformed_input (the mesh breaks its
+/// rules), usage, unsupported, cancelled, those of the sink.
 Result<EncodeReport> encode_stream(const Mesh& mesh, Sink& sink, const EncodeOptions& options);
+/// The same of a mesh that is read in parts, within space.limit. Error too: memory_bound, told before
+/// anything is written.
 Result<EncodeReport> encode_stream(MeshSource& mesh, Sink& sink, const EncodeOptions& options,
                                    const WorkingSpace& space);
+/// The whole mesh, in the input's order where that was kept. Errors: corrupt, unsupported, memory_bound,
+/// cancelled, those of the source.
 Result<Mesh> decode_stream(const Source& source, const DecodeOptions& options);
 /// decode() into a mesh that is written in parts.
 Result<> decode_stream(const Source& source, MeshSink& sink, const DecodeOptions& options);
+/// What can be read before the first damage, as a valid mesh.
 Result<Salvaged> salvage_stream(const Source& source, const DecodeOptions& options);
 /// Where the input's points and cells stand in the stream; none where the stream has them in the input's
 /// order, or in any.
 Result<std::optional<InputOrder>> input_order_of(const Source& source, const Limits& limits);
+/// From description, end and index; no cell is decoded.
 Result<FileInfo> inspect_stream(const Source& source);
 /// What description and end tell; sizes of what is coded are not among it.
 FileInfo info_of_stream(const Source& source, const FileReader& reader, const StreamHeader& header,

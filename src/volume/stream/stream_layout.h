@@ -37,6 +37,7 @@ struct StreamHeader {
   std::vector<std::vector<NumberMap>> maps;
   std::vector<double> bounds;
 
+  /// What coders of values are made from; of array i of the description below.
   StreamedArray positions() const;
   StreamedArray array(size_t i) const;
   // Whether an array is mixed, and expected from where points are, follows from the header alone.
@@ -65,6 +66,7 @@ struct BatchHeader {
 /// A chunk of cells takes part in no more records than this; 64 KiB of a perfectly regular mesh hold about as
 /// many. It also bounds the time that one damaged chunk can take.
 inline constexpr uint64_t most_records_per_batch = uint64_t{1} << 26;
+/// The head, with its length before it; coded cells follow.
 void write_batch_header(ByteWriter& out, const BatchHeader& header);
 /// Error: corrupt.
 Result<BatchHeader> read_batch_header(ByteReader& in);
@@ -94,6 +96,7 @@ struct StreamTail {
 };
 /// Counts one more. `points`: the corners of its faces, which are put in order.
 void count_polyhedron(std::vector<uint64_t>& points, size_t faces, MeshDescription::Polyhedra& polyhedra);
+/// Unlike the description it is not coded further.
 std::vector<std::byte> encode_tail(const StreamTail& tail);
 /// Error: corrupt.
 Result<StreamTail> decode_tail(Bytes bytes);
@@ -135,6 +138,7 @@ struct StepHeader {
   /// Without a value: that of the mesh.
   std::optional<std::vector<StepEntry>> metadata;
 
+  /// Whether any array refers to the step before.
   bool needs_before() const;
   /// What is coded of array i, if anything. `mesh`: the header of the stream.
   StreamedArray array(size_t i, const StreamHeader& mesh) const;
@@ -145,6 +149,7 @@ inline bool are_alike(const StreamArray& a, const StreamArray& b) {
 }
 /// Differences of the codes of an array with a bound, as numbers of their own.
 StreamedArray differences_of(const StreamArray& array, const StreamHeader& mesh);
+/// Error: unsupported, where texts take more than a file holds.
 Result<std::vector<std::byte>> encode_step(const StepHeader& header);
 /// `arrays`: of the mesh. Error: corrupt.
 Result<StepHeader> decode_step(Bytes bytes, const std::vector<StreamArray>& arrays);

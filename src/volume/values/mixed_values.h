@@ -178,6 +178,7 @@ class MixedValueCoder {
   std::array<WideCell, scale_bins * 8> exact_;
   unsigned exact_hits_ = 0;
   Repeats repeats_;
+  // Codes by hashes of what came before them: two tables of 2^14, without keys.
   std::vector<Code> followers_;
   int repeat_score_ = 0;  ///< above 0: codes come again
   uint32_t numbers_ = 0;
@@ -202,6 +203,7 @@ class MixedValueCoder {
   std::array<Code*, followers> follower_;
   Wide centre_ = 0;
   Wide target_ = 0;
+  // One lane for each expert: a decision asks all four at once.
   FloatLanes relative_mean_;
   FloatLanes inverse_scale_;
   SignedLanes low_;  ///< distribution functions at the ends of the interval

@@ -164,6 +164,7 @@ class TupleValueCoder {
   void place_plain(const Guess& guess, std::byte* numbers, Doubles& place) const;
   static void learn_fit(Fit& fit, const typename Fit::Features& twists, const Floats& target);
 
+  // The steps of code(), each for the three components of a group at once.
   void code_group(Coder& coder, const PointStencil& stencil, Group& group, uint32_t slot, std::byte* numbers);
   void expect(const PointStencil& stencil, const Group& group, Expectation& expectation) const;
   void find_codes(const Group& group, const Doubles& expected, Guess& guess, Ints& unit) const;
@@ -183,6 +184,7 @@ class TupleValueCoder {
   ValueResiduals<Bits> residuals_;
   Exceptions exceptions_;
   double largest_error_ = 0;
+  // Whether any flag of exceptions is coded at all.
   bool exact_ = true;  ///< no map needs exceptions
   bool plain_ = false;
   uint32_t samples_ = 0;
