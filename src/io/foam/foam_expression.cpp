@@ -12,6 +12,7 @@ namespace {
 
 constexpr double pi = 3.14159265358979323846;
 
+// All functions take two numbers, so that one table holds them; those of fewer arguments ignore the rest.
 struct Function {
   std::string_view name;
   unsigned arguments;
@@ -81,6 +82,7 @@ class Evaluator {
     return true;
   }
 
+  // Sums and differences from left to right, as products below.
   Result<double> sum() {
     double value = MAILLE_TRY(product());
     for (;;) {
@@ -114,6 +116,7 @@ class Evaluator {
     // swept.
     if (++depth_ > 200) return bad("too many parentheses");
     const auto value = [&]() -> Result<double> {
+      // Signs go through factor() again, so a long row of them counts as depth as well.
       if (take('-')) return -MAILLE_TRY(factor());
       if (take('+')) return factor();
       if (take('(')) {
@@ -128,6 +131,7 @@ class Evaluator {
     return value;
   }
 
+  // Colons belong to names, as in "constant::mathematical::pi".
   static bool in_name(char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == ':';
   }
@@ -137,6 +141,7 @@ class Evaluator {
     return text_.substr(begin, at_ - begin);
   }
 
+  // "$name" or "${name}"; the value comes from the dictionary around.
   Result<double> variable() {
     if (!take('{')) return variable_(name());
     const std::string_view braced = name();
@@ -149,6 +154,8 @@ class Evaluator {
     Number number;
     const char* const begin = text_.data() + at_;
     const char* const end = text_.data() + text_.size();
+    // Numbers begin with a digit or a point: signs are read by factor(), and "inf" or "nan" are no numbers
+    // here.
     if (begin != end && ((*begin >= '0' && *begin <= '9') || *begin == '.')) {
       const char* const behind = parse_number(begin, end, number);
       if (behind == nullptr) return bad("no number where one is expected");

@@ -12,7 +12,8 @@
 namespace maille {
 namespace {
 
-// Reads one surface of a dictionary into a BlockSurface.
+// Reads one surface of a dictionary into a BlockSurface. Types and entries are known by their old and their
+// new names.
 class SurfaceReader {
  public:
   SurfaceReader(const FoamFile& file, const FoamDictionary::Entry& entry)
@@ -36,6 +37,7 @@ class SurfaceReader {
       surface_.b = MAILLE_TRY(position("max"));
     } else if (type == "plate") {
       surface_.kind = BlockSurface::Kind::box;
+      // A plate is a box without thickness in one direction.
       surface_.a = MAILLE_TRY(position("origin"));
       surface_.b = surface_.a + MAILLE_TRY(position("span"));
     } else if (type == "triSurfaceMesh") {
@@ -65,6 +67,7 @@ class SurfaceReader {
     constexpr std::string_view prefix = "searchable";
     if (type.starts_with(prefix) && type.size() > prefix.size()) {
       type = type.substr(prefix.size());
+      // Makes the first letter small.
       type[0] = static_cast<char>(type[0] | 0x20);
     }
     return type;
@@ -100,6 +103,7 @@ class SurfaceReader {
     return {};
   }
 
+  // The file is read by read_mesh(), in any format it knows; polygons become fans of triangles.
   Result<> triangles() {
     surface_.kind = BlockSurface::Kind::triangles;
     std::string name = entry_.keyword;

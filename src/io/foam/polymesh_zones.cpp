@@ -16,6 +16,8 @@ Result<uint64_t> begin_typed_list(FoamReader& file, bool& values) {
 
 }  // namespace
 
+// Reads a list of 0 and 1, or one value for all: "count{value}". This form says its length without its
+// values, but the budget is asked first.
 Result<> FoamZones::read_flips(FoamReader& file, Budget& budget, std::vector<bool>& flips) {
   bool values = false, flip = false;
   const uint64_t count = MAILLE_TRY(begin_typed_list(file, values));
@@ -29,11 +31,13 @@ Result<> FoamZones::read_flips(FoamReader& file, Budget& budget, std::vector<boo
   return count == 0 && !values ? Result<>() : file.end_list(values);
 }
 
+// Adds the elements of the last zone that was named. A uniform list "count{value}" is read once and repeated.
 Result<> FoamZones::read_labels(FoamReader& file, uint64_t elements, Budget& budget,
                                 const std::vector<bool>& flips) {
   bool values = false;
   const uint64_t count = MAILLE_TRY(begin_typed_list(file, values));
   if (count > elements) return file.malformed("a zone is larger than the mesh");
+  // Four numbers are kept for each element in the list that is sorted.
   MAILLE_CHECK(budget.take(count, 4 * sizeof(uint64_t)));
   int64_t label = 0;
   for (uint64_t i = 0; i < count; ++i) {
@@ -64,6 +68,7 @@ Result<> FoamZones::read_zone(FoamReader& file, uint64_t elements, Budget& budge
     } else if (key == "flipMap") {
       MAILLE_CHECK(read_flips(file, budget, flips));
     }
+    // Entries that do not matter, such as the type, end at the next ";".
     while (!file.at_end() && file.word() != ";") {
     }
   }
@@ -87,6 +92,7 @@ Result<> FoamZones::skip_labels(FoamReader& file) {
   return count == 0 && !values ? Result<>() : file.end_list(values);
 }
 
+// Takes zones whose elements are known already, instead of reading them from a file.
 Result<> FoamZones::take(std::vector<std::string> names, std::span<const Element> elements) {
   names_ = std::move(names);
   uint64_t place = 0;
@@ -123,10 +129,12 @@ Result<> FoamZones::count() {
   return rewind();
 }
 
+// The zones of one element. Elements must be asked for in rising order: what lies before is passed over.
 Result<std::span<const FoamZones::Use>> FoamZones::of(uint64_t element) {
   uses_.clear();
   while (sorted_.front() != nullptr && sorted_.front()->numbers[0] <= element) {
     const auto& [found, zone, place, flipped] = sorted_.front()->numbers;
+    // An element that a zone lists twice is in it once.
     if (found == element && (uses_.empty() || uses_.back().zone != zone))
       uses_.push_back({zone, place, flipped != 0});
     MAILLE_CHECK(sorted_.take());
@@ -134,12 +142,15 @@ Result<std::span<const FoamZones::Use>> FoamZones::of(uint64_t element) {
   return std::span<const Use>(uses_);
 }
 
+// Keeps the faces of zones with their corners, sorted by zone and place, so that each zone becomes a block
+// with its faces in the order of its list.
 Result<> FoamZoneFaces::add(std::span<const FoamZones::Use> uses, std::span<const uint32_t> corners) {
   for (const FoamZones::Use& use : uses) {
     if (zones_.size() <= use.zone) zones_.resize(use.zone + 1);
     zones_[use.zone].types.add(corners.size());
     ++zones_[use.zone].faces;
     turned_.assign(corners.begin(), corners.end());
+    // A flipped face keeps its first corner.
     if (use.flipped && !turned_.empty()) std::reverse(turned_.begin() + 1, turned_.end());
     MAILLE_CHECK(sorted_.add({use.zone, use.place}, turned_));
   }
@@ -151,6 +162,7 @@ std::vector<Array> foam_zone_arrays(const FoamZones& zones, const FoamZoneKind& 
   const size_t labels = zones.names().size() + 1;
   // The narrowest that holds all names and "none".
   const Scalar type = labels <= 0x100 ? Scalar::u8 : labels <= 0x10000 ? Scalar::u16 : Scalar::u32;
+  // One array holds one zone for each element; where zones overlap, further arrays hold the others.
   for (uint64_t layer = 0; layer < zones.layers(); ++layer) {
     const std::string name = kind.type + (layer == 0 ? std::string() : ":" + std::to_string(layer + 1));
     arrays.push_back(make_array(name, domain, type, 1, Role::label));

@@ -22,6 +22,8 @@ std::string vtk_xml_escaped(std::string_view text) {
 
 namespace {
 
+// Numbers of points and ends of cells: 32 bits where they are enough, as they are for most meshes, otherwise
+// 64.
 template <class T>
 VtkXmlData numbers_of(const char* name, std::span<const T> values) {
   const bool wide =
@@ -81,6 +83,7 @@ VtkXmlData VtkXmlWriter::describe(const Array& array, const std::string& more) c
   return data;
 }
 
+// Texts as VTK stores them: their bytes, each text ended by a zero.
 VtkXmlData VtkXmlWriter::strings(const std::string& name, std::span<const std::string> values,
                                  uint32_t components, const char* type) const {
   VtkXmlData data;
@@ -91,12 +94,14 @@ VtkXmlData VtkXmlWriter::strings(const std::string& name, std::span<const std::s
     data.owned.insert(data.owned.end(), bytes.begin(), bytes.end());
     data.owned.push_back(std::byte{0});
   }
+  // As bytes the tuples are the bytes themselves, otherwise the texts.
   const bool bytes = std::string_view(type) != "String";
   data.attributes +=
       " NumberOfTuples=\"" + std::to_string(bytes ? data.owned.size() : values.size() / components) + "\"";
   return data;
 }
 
+// Texts of maille's own, with a mark by which the reader tells them from texts of the data.
 VtkXmlData VtkXmlWriter::own_texts(const std::string& name, std::span<const std::string> values) const {
   VtkXmlData data = strings(name, values, 1, own_texts_as_bytes_ ? "UInt8" : "String");
   data.attributes += std::string(" ") + vtk_own_text_mark + "=\"1\"";
@@ -106,6 +111,7 @@ VtkXmlData VtkXmlWriter::own_texts(const std::string& name, std::span<const std:
 VtkXmlData VtkXmlWriter::describe_texts(const Array& array) const {
   if (array.domain != Domain::cell || cell_order_ == nullptr)
     return strings(array.name, vtk_texts_of(array), array.components);
+  // The values of the copy are put in order before they become texts.
   Array ordered = array;
   ordered.bytes = permuted(array, *cell_order_);
   return strings(array.name, vtk_texts_of(ordered), array.components);
@@ -123,6 +129,7 @@ const Array* VtkXmlWriter::first_of(Domain domain, Role role) const {
   return nullptr;
 }
 
+// The attributes of <PointData> and <CellData> that tell VTK which array has which meaning.
 std::string VtkXmlWriter::active_attributes(Domain domain) const {
   std::string text;
   const std::pair<const char*, Role> attributes[] = {{"Scalars", Role::colour},
@@ -157,6 +164,8 @@ void VtkXmlWriter::add_block_names(const std::string& mark) {
   notes.push_back(format_ + " has no named blocks: their names are in the cell array \"block\"");
 }
 
+// Everything that VTK has no better place for goes into FieldData: metadata, names of labels, arrays of the
+// mesh and of corners.
 void VtkXmlWriter::add_field_data() {
   VtkXmlSection section{"<FieldData>", "</FieldData>", {}};
   for (const auto& [key, value] : mesh_.metadata) {
@@ -187,6 +196,7 @@ void VtkXmlWriter::add_field_data() {
   field_.push_back(std::move(section));
 }
 
+// The array is made for its name only; the values are those of the mesh, borrowed.
 void VtkXmlWriter::add_points() {
   Array points = make_array("Points", Domain::point, mesh_.points.type, 3);
   VtkXmlData data = describe(points, "");
@@ -239,6 +249,7 @@ void VtkXmlWriter::put_appended(const VtkXmlData& data) {
     out_.put_bytes(bytes);
     return;
   }
+  // Reversed byte by byte while writing, so no second copy of the array is made.
   const auto put_reversed = [&](const std::byte* from, size_t count) {
     for (size_t k = count; k-- > 0;) out_.put(static_cast<char>(from[k]));
   };
@@ -265,6 +276,8 @@ void VtkXmlWriter::put_sections(const std::vector<VtkXmlSection>& sections, uint
   }
 }
 
+// Offsets are given out while the elements are written; the data follow behind the last element in the same
+// order.
 Result<> VtkXmlWriter::write(const char* data_set, const std::string& counts) {
   const std::string name = data_set;
   uint64_t offset = 0;

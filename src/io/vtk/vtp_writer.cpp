@@ -84,6 +84,8 @@ void VtpWriter::collect_cells() {
       return;
     }
     ++strips;
+    // Every second triangle of a strip is turned over, so that all are seen from the same side. Each keeps
+    // the number of the strip, so values of cells follow.
     for (size_t i = 0; i + 2 < nodes.size(); ++i) {
       const size_t odd = i & 1;
       for (const size_t k : {i, i + 1 + odd, i + 2 - odd}) {
@@ -103,6 +105,7 @@ void VtpWriter::collect_cells() {
   }
 }
 
+// Left empty when nothing moved and nothing was dropped; the arrays are then written without a copy.
 void VtpWriter::set_order() {
   if (in_order_ && dropped_ == 0) return;
   for (const Cells& cells : cells_) {
