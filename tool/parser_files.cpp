@@ -169,7 +169,7 @@ void Parser::add_decompress() {
       ->group(files_group)
       ->excludes(step);
   d->add_flag("--salvage", decompress.salvage,
-              "Write what comes before the first damage, and leave with exit code 6; mode stream only")
+              "Write what is left of a damaged file, say what is lost, and leave with exit code 6")
       ->group(files_group);
   add_as_stored(d, decompress.as_stored);
   d->add_flag("--ascii", decompress.ascii, "Text instead of binary, where the format has both")

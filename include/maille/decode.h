@@ -32,9 +32,9 @@ struct Salvaged {
   std::optional<Error> damage;
 };
 
-/// Decompresses a file of mode stream as far as it goes: all cells before the first damaged or missing chunk,
-/// with their points. The points keep their order; where some are missing, numbers move up. Errors as
-/// decode(), but corrupt only if not even the description can be made out; unsupported for other modes.
+/// Decompresses what is whole: of mode stream all cells before the first damage, of single the parts, of
+/// random the charts; arrays that are whole in all of these. `damage` also says what is lost. Values are
+/// exact, and points keep their order. Errors as decode(), but corrupt only if nothing is left.
 [[nodiscard]] Result<Salvaged> salvage(const Source& source, const DecodeOptions& options = {});
 
 }  // namespace maille

@@ -6,6 +6,7 @@
 
 #include "base/result.h"
 #include "container/file_reader.h"
+#include "description/remains.h"
 #include "file/single_file.h"
 #include "random/random_file.h"
 #include "volume/pieces/pieces_file.h"
@@ -136,11 +137,22 @@ Result<> decode(const Source& source, MeshSink& sink, const DecodeOptions& optio
   return in_pieces ? decode_pieces(source, sink, options, space) : decode_stream(source, sink, options);
 }
 
-Result<Salvaged> salvage(const Source& source, const DecodeOptions& options) {
+Result<Salvaged> salvage(const Source& source, const DecodeOptions& asked) {
+  DecodeOptions options = asked;
+  options.progress = on_this_thread(asked.progress);
   const auto [mode, in_pieces] = MAILLE_TRY(kind_of_file(source));
   if (mode == Mode::stream)
     return in_pieces ? salvage_pieces(source, options) : salvage_stream(source, options);
-  return failure(ErrorCode::unsupported, source.name() + ": only files of mode \"stream\" can be salvaged");
+  Result<Mesh> whole = decode(source, options);
+  if (whole) return Salvaged{*std::move(whole), {}};
+  if (whole.error().code != ErrorCode::corrupt) return tl::unexpected(std::move(whole).error());
+  auto left = mode == Mode::single ? salvage_single(source, options) : salvage_random(source, options);
+  if (!left && left.error().code == ErrorCode::corrupt)
+    left.error().message += "; nothing of it can be salvaged";
+  Remains remains = MAILLE_TRY(std::move(left));
+  Error damage = std::move(whole).error();
+  damage.message += sentence_of(remains);
+  return Salvaged{std::move(remains.mesh), std::move(damage)};
 }
 
 Result<FileInfo> inspect(const Source& source) {

@@ -16,6 +16,7 @@
 #include "description/description.h"
 #include "description/element_order.h"
 #include "surface/arrays/array_report.h"
+#include "surface/lost_arrays.h"
 #include "surface/mesh_description.h"
 #include "surface/parts/coded_parts.h"
 #include "surface/weld.h"
@@ -176,9 +177,24 @@ Error with_name(Error error, const Source& source) {
   return error;
 }
 
+Result<Description> read_description(const FileReader& reader, const Limits& limits) {
+  return decode_description(MAILLE_TRY(reader.read_stream(description_key)), limits);
+}
+
+Result<ElementOrder> read_order(const FileReader& reader, const Mesh& mesh) {
+  return decode_order(MAILLE_TRY(reader.read_stream(order_key)), static_cast<uint32_t>(mesh.point_count()),
+                      static_cast<uint32_t>(mesh.cell_count()));
+}
+
+/// Whatever was wrong should have been found before. If not, it is the file that is wrong, not an input.
+Result<> check_valid(const Mesh& mesh) {
+  auto valid = validate(mesh);
+  if (!valid) return failure(ErrorCode::corrupt, std::move(valid).error().message);
+  return {};
+}
+
 Result<Mesh> decode_mesh(const FileReader& reader, const DecodeOptions& options) {
-  const Description description =
-      MAILLE_TRY(decode_description(MAILLE_TRY(reader.read_stream(description_key)), options.limits));
+  const Description description = MAILLE_TRY(read_description(reader, options.limits));
   DecodedPatch decoded;
   if (description.parts.empty()) {
     decoded = MAILLE_TRY(decode_patch(reader, description, 0, options));
@@ -193,18 +209,58 @@ Result<Mesh> decode_mesh(const FileReader& reader, const DecodeOptions& options)
     decoded.known_valid = false;
   }
   if (description.order == Order::keep) {
-    const ElementOrder order = MAILLE_TRY(decode_order(MAILLE_TRY(reader.read_stream(order_key)),
-                                                       static_cast<uint32_t>(mesh.point_count()),
-                                                       static_cast<uint32_t>(description.cells())));
+    const ElementOrder order = MAILLE_TRY(read_order(reader, mesh));
     mesh = MAILLE_TRY(restore_order(std::move(mesh), order));
     decoded.known_valid = false;
   }
   // A look at every corner takes time.
-  if (decoded.known_valid) return std::move(mesh);
-  // Whatever was wrong should have been found before. If not, it is the file that is wrong, not an input.
-  if (auto valid = validate(mesh); !valid)
-    return failure(ErrorCode::corrupt, std::move(valid).error().message);
+  if (!decoded.known_valid) MAILLE_CHECK(check_valid(mesh));
   return std::move(mesh);
+}
+
+/// The only patch of a mesh. Without its twins points stay welded.
+Result<Remains> salvage_patch(const FileReader& reader, Description description,
+                              const DecodeOptions& options) {
+  Remains remains;
+  const std::vector<std::string> lost = lost_arrays(reader, description, 0, options);
+  const DecodeOptions others = without_arrays(options, description, lost);
+  if (lost_twins(reader, description)) {
+    description.welded = false;
+    remains.lost.push_back("which points are several at one place");
+  }
+  DecodedPatch decoded = MAILLE_TRY(decode_patch(reader, description, 0, others));
+  remains.mesh = std::move(decoded.mesh);
+  if (description.welded) {
+    remains.mesh = MAILLE_TRY(
+        split_twins(std::move(remains.mesh), decoded.twins, decoded.by_twin, description.split_points));
+  }
+  tell_lost_arrays(lost, remains);
+  return remains;
+}
+
+/// The input's order says nothing of a part.
+Result<> put_in_order(const FileReader& reader, const Description& description, Remains& remains) {
+  Mesh& mesh = remains.mesh;
+  const uint32_t points = description.welded ? description.split_points : description.points;
+  const bool whole = mesh.point_count() == points && mesh.cell_count() == description.cells();
+  const auto order = whole ? read_order(reader, mesh) : Result<ElementOrder>();
+  if (whole && order) {
+    mesh = MAILLE_TRY(restore_order(std::move(mesh), *order));
+  } else {
+    remains.lost.push_back("the input's order");
+  }
+  return {};
+}
+
+Result<Remains> salvage_mesh(const FileReader& reader, const DecodeOptions& options) {
+  const Description description = MAILLE_TRY(read_description(reader, options.limits));
+  Remains remains = MAILLE_TRY(
+      description.parts.empty() ? salvage_patch(reader, description, options)
+                                : salvage_parts(reader, description, reader.read_stream(joins_key), options));
+  remains.mesh.metadata = description.metadata;
+  if (description.order == Order::keep) MAILLE_CHECK(put_in_order(reader, description, remains));
+  MAILLE_CHECK(check_valid(remains.mesh));
+  return remains;
 }
 
 }  // namespace
@@ -215,6 +271,13 @@ Result<Mesh> decode_single(const Source& source, const DecodeOptions& options) {
   Result<Mesh> mesh = decode_mesh(reader, options);
   if (!mesh) return tl::unexpected(with_name(std::move(mesh).error(), source));
   return mesh;
+}
+
+Result<Remains> salvage_single(const Source& source, const DecodeOptions& options) {
+  const FileReader reader = MAILLE_TRY(open_file(source));
+  Result<Remains> remains = salvage_mesh(reader, options);
+  if (!remains) return tl::unexpected(with_name(std::move(remains).error(), source));
+  return remains;
 }
 
 Result<FileInfo> inspect_single(const Source& source) {

@@ -5,6 +5,7 @@
 #include <maille/file.h>
 #include <maille/out_of_core.h>
 
+#include "description/remains.h"
 #include "random/build/build_hierarchy.h"
 #include "random/build/level_builder.h"
 
@@ -25,6 +26,8 @@ struct SourceBuilding {
 Result<EncodeReport> encode_random(MeshSource& mesh, Sink& sink, const EncodeOptions& options,
                                    const SourceBuilding& building = {});
 Result<Mesh> decode_random(const Source& source, const DecodeOptions& options);
+/// What is left of a damaged one: the charts whose checksums fit. Error: corrupt, if that is nothing.
+Result<Remains> salvage_random(const Source& source, const DecodeOptions& options);
 Result<FileInfo> inspect_random(const Source& source);
 
 }  // namespace maille

@@ -37,12 +37,6 @@ StreamKey topology_key(uint32_t patch, uint32_t coding) {
 StreamKey positions_key(uint32_t patch, uint32_t coding) {
   return {"POSI", patch, coding};
 }
-StreamKey array_key(uint32_t patch, size_t i) {
-  return {"ARRY", patch, static_cast<uint32_t>(i)};
-}
-StreamKey twins_key(uint32_t patch) {
-  return {"TWIN", patch};
-}
 using KeyOfCoding = StreamKey (*)(uint32_t, uint32_t);
 
 /// The cells of a mesh in coded order. With fans the surface is not built yet.

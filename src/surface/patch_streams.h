@@ -91,6 +91,14 @@ Result<DecodedPatch> decode_patch(const StreamSource& streams, const Description
                                   const DecodeOptions& options, const SharedFanTables* tables = nullptr,
                                   FanBuffers* buffers = nullptr);
 
+/// An array's stream, by its place in the description; that of twins.
+inline StreamKey array_key(uint32_t patch, size_t i) {
+  return {"ARRY", patch, static_cast<uint32_t>(i)};
+}
+inline StreamKey twins_key(uint32_t patch) {
+  return {"TWIN", patch};
+}
+
 /// Bytes of these streams in a file.
 struct PatchSizes {
   uint64_t topology = 0;         ///< with twins

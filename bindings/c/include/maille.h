@@ -375,7 +375,8 @@ MAILLE_API int32_t maille_decode_options_set_progress(maille_decode_options* opt
 /** Decompresses a whole .maille file: a valid mesh or an error, whatever the bytes are. */
 MAILLE_API maille_mesh* maille_decode(const maille_source* source, const maille_decode_options* options,
                                       maille_error* error);
-/** All cells of a file of mode stream before the first damaged chunk; what is damaged is among the notes. */
+/** What is left of a damaged file, as exact as ever; what is damaged, and what is lost, is among the notes.
+ */
 MAILLE_API maille_mesh* maille_salvage(const maille_source* source, const maille_decode_options* options,
                                        maille_error* error);
 /** Reads a mesh from a file: .maille, also by its address, or any format that the library reads (see

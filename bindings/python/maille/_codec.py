@@ -159,8 +159,8 @@ def decode(buffer: Any, *, arrays: Optional[Iterable[str]] = None, step: Optiona
 
 
 def salvage(source: Any, *, memory: int = MEMORY, progress: Any = None) -> tuple[Mesh, Optional[str]]:
-    """What can be had of a damaged file of mode stream: all cells before the first damaged part, with their
-    points; and what is damaged, or None where the file is whole."""
+    """What is left of a damaged file: of mode stream the cells before the first damage, of single the parts, of
+    random the charts that are whole; and what is damaged and lost, or None where the mesh is whole."""
     core, damage = _core.salvage(input_of(source), memory, progress_function(progress))
     return Mesh._of(core), damage
 

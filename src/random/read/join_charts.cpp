@@ -6,6 +6,8 @@
 #include <tuple>
 
 #include "base/bytes.h"
+#include "base/result.h"
+#include "random/read/random_reader.h"
 #include "surface/parts/merge_parts.h"
 
 namespace maille {
@@ -16,6 +18,9 @@ JoinedPoints join_charts(std::span<const DecodedChart> charts) {
   return join_points(pieces);
 }
 
+namespace {
+
+/// A chart of level 0 without any cells or points.
 DecodedChart empty_chart(const Description& description, const DecodeOptions& options) {
   const auto array_like = [](const ArrayDescription& described) {
     Array array =
@@ -36,15 +41,28 @@ DecodedChart empty_chart(const Description& description, const DecodeOptions& op
   return chart;
 }
 
-Result<Mesh> join_finest(std::vector<DecodedChart> charts, const Description& description,
-                         Executor& executor) {
-  if (charts.empty()) return failure(ErrorCode::usage, "no charts were chosen");
+Mesh join(std::vector<DecodedChart> charts, const Description& description, Executor& executor) {
   const JoinedPoints joined = join_charts(charts);
   std::vector<Mesh> parts;
   for (DecodedChart& chart : charts) parts.push_back(std::move(chart.mesh));
   Mesh mesh = merge_parts(std::move(parts), joined, executor);
   for (size_t b = 0; b < mesh.blocks.size(); ++b) mesh.blocks[b].name = description.blocks[b].name;
   mesh.metadata = description.metadata;
+  return mesh;
+}
+
+}  // namespace
+
+Result<Mesh> join_finest(std::vector<DecodedChart> charts, const RandomReader& reader,
+                         const DecodeOptions& options, std::vector<std::string>* problems) {
+  if (charts.empty()) charts.push_back(empty_chart(reader.description(), options));
+  Executor& executor = options.executor == nullptr ? serial_executor() : *options.executor;
+  Mesh mesh = join(std::move(charts), reader.description(), executor);
+  auto arrays = reader.read_mesh_arrays(mesh);
+  if (arrays) return mesh;
+  if (problems == nullptr) return tl::unexpected(std::move(arrays).error());
+  problems->push_back(arrays.error().message);
+  std::erase_if(mesh.arrays, [](const Array& array) { return array.domain == Domain::mesh; });
   return mesh;
 }
 

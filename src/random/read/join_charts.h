@@ -11,16 +11,16 @@
 
 namespace maille {
 
+class RandomReader;
+
 /// Numbers for the points of charts of level 0 that were decoded, in their order: shared points of one
 /// position and copy are one.
 JoinedPoints join_charts(std::span<const DecodedChart> charts);
 
-/// A chart of level 0 without any cells or points.
-DecodedChart empty_chart(const Description& description, const DecodeOptions& options);
-
-/// Charts of level 0 as one mesh, with all blocks and arrays. Error: usage, for none.
-Result<Mesh> join_finest(std::vector<DecodedChart> charts, const Description& description,
-                         Executor& executor);
+/// Charts of level 0 as one mesh, with all blocks and arrays; of no charts a mesh without cells. `problems`:
+/// not null: if arrays of the mesh as a whole are damaged, they are left out, and it is told there.
+Result<Mesh> join_finest(std::vector<DecodedChart> charts, const RandomReader& reader,
+                         const DecodeOptions& options, std::vector<std::string>* problems);
 
 /// Charts of any levels as one mesh of triangles (or of polygons, where charts of level 0 have such), with
 /// arrays of points, cells and corners: points of equal position and values are one. Names of blocks and

@@ -116,8 +116,6 @@ struct File::State {
   RandomReader reader;
   DecodeOptions options;
 
-  Executor& executor() const { return options.executor == nullptr ? serial_executor() : *options.executor; }
-
   /// `problems`: not null: damaged charts are left out, and named there.
   Result<Mesh> extract(const Selection& selection, std::vector<std::string>* problems) {
     MAILLE_CHECK(reader.find(selection.charts));
@@ -131,14 +129,7 @@ struct File::State {
     return join(std::move(charts), problems);
   }
   Result<Mesh> join(std::vector<DecodedChart> charts, std::vector<std::string>* problems) const {
-    if (charts.empty()) charts.push_back(empty_chart(reader.description(), options));
-    Mesh mesh = MAILLE_TRY(join_finest(std::move(charts), reader.description(), executor()));
-    auto arrays = reader.read_mesh_arrays(mesh);
-    if (arrays) return mesh;
-    if (problems == nullptr) return tl::unexpected(std::move(arrays).error());
-    problems->push_back(arrays.error().message);
-    std::erase_if(mesh.arrays, [](const Array& array) { return array.domain == Domain::mesh; });
-    return mesh;
+    return join_finest(std::move(charts), reader, options, problems);
   }
 };
 

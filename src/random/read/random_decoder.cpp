@@ -11,26 +11,73 @@
 #include "surface/mesh_description.h"
 
 namespace maille {
+namespace {
+
+Result<Selection> all_charts(RandomReader& reader) {
+  return reader.select([](const ChartIndex& index) { return select(index, {}, Detail::full()); });
+}
+
+bool is_whole(const Mesh& mesh, const Description& description) {
+  return mesh.point_count() == description.points && mesh.cell_count() == description.cells();
+}
+
+Result<ElementOrder> read_order(const RandomReader& reader) {
+  const Description& description = reader.description();
+  const FileReader& file = MAILLE_TRY(reader.whole_file());
+  return decode_order(MAILLE_TRY(file.read_stream(random_order_key)), description.points,
+                      static_cast<uint32_t>(description.cells()));
+}
+
+}  // namespace
+
 Result<Mesh> decode_random(const Source& source, const DecodeOptions& options) {
   RandomReader reader = MAILLE_TRY(RandomReader::open(source, options));
-  const Selection all =
-      MAILLE_TRY(reader.select([](const ChartIndex& index) { return select(index, {}, Detail::full()); }));
-  Executor& executor = options.executor == nullptr ? serial_executor() : *options.executor;
-  Mesh mesh =
-      MAILLE_TRY(join_finest(MAILLE_TRY(reader.read_charts(all.charts)), reader.description(), executor));
-  const Description& description = reader.description();
-  if (mesh.point_count() != description.points || mesh.cell_count() != description.cells()) {
+  const Selection all = MAILLE_TRY(all_charts(reader));
+  std::vector<DecodedChart> charts = MAILLE_TRY(reader.read_charts(all.charts));
+  Mesh mesh = MAILLE_TRY(join_finest(std::move(charts), reader, options, nullptr));
+  if (!is_whole(mesh, reader.description()))
     return failure(ErrorCode::corrupt, source.name() + ": the charts are not all of the mesh");
-  }
-  MAILLE_CHECK(reader.read_mesh_arrays(mesh));
-  if (description.order == Order::keep) {
-    const FileReader& file = MAILLE_TRY(reader.whole_file());
-    const ElementOrder order =
-        MAILLE_TRY(decode_order(MAILLE_TRY(file.read_stream(random_order_key)), description.points,
-                                static_cast<uint32_t>(description.cells())));
-    mesh = MAILLE_TRY(restore_order(std::move(mesh), order));
-  }
+  if (reader.description().order == Order::keep)
+    mesh = MAILLE_TRY(restore_order(std::move(mesh), MAILLE_TRY(read_order(reader))));
   return mesh;
+}
+
+namespace {
+
+/// Without the index nobody knows how many charts there were.
+std::string lost_charts(const RandomReader& reader, size_t lost, size_t all) {
+  if (reader.rebuilt() > 0) return "charts, and with the index how many";
+  return std::to_string(lost) + " of " + std::to_string(all) + " charts";
+}
+
+/// The input's order says nothing of a part.
+Result<> put_in_order(const RandomReader& reader, Remains& remains) {
+  const bool whole = is_whole(remains.mesh, reader.description());
+  const auto order = whole ? read_order(reader) : Result<ElementOrder>();
+  if (whole && order) {
+    remains.mesh = MAILLE_TRY(restore_order(std::move(remains.mesh), *order));
+  } else {
+    remains.lost.push_back("the input's order");
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<Remains> salvage_random(const Source& source, const DecodeOptions& options) {
+  RandomReader reader = MAILLE_TRY(RandomReader::open(source, options));
+  const Selection all = MAILLE_TRY(all_charts(reader));
+  std::vector<std::string> problems;
+  std::vector<DecodedChart> charts = MAILLE_TRY(reader.read_charts(all.charts, &problems));
+  if (charts.empty()) return failure(ErrorCode::corrupt, problems.empty() ? source.name() : problems[0]);
+  const size_t lost = problems.size();
+  Remains remains;
+  remains.mesh = MAILLE_TRY(join_finest(std::move(charts), reader, options, &problems));
+  if (remains.mesh.cell_count() < reader.description().cells())
+    remains.lost.push_back(lost_charts(reader, lost, all.charts.size()));
+  if (problems.size() > lost) remains.lost.push_back("the arrays of the mesh as a whole");
+  if (reader.description().order == Order::keep) MAILLE_CHECK(put_in_order(reader, remains));
+  return remains;
 }
 
 namespace {

@@ -10,6 +10,7 @@
 #include "base/chunks.h"
 #include "base/result.h"
 #include "code/efforts.h"
+#include "surface/lost_arrays.h"
 #include "surface/parts/merge_parts.h"
 #include "surface/parts/mesh_parts.h"
 #include "surface/parts/partition.h"
@@ -119,10 +120,11 @@ Executor& executor_of(const Options& options) {
   return options.executor != nullptr ? *options.executor : serial_executor();
 }
 
-/// Calls work(i, options) for each patch, at once where there is an executor for it; gives all results, or
-/// the error of the first patch that has one.
+/// Calls work(i, options) for each patch, at once where there is an executor for it; gives all results, or of
+/// for_each_patch() the error of the first patch that has one.
 template <class Value, class Options, class Work>
-Result<std::vector<Value>> for_each_patch(size_t count, const Options& options, Work work) {
+std::vector<std::optional<Result<Value>>> results_of_patches(size_t count, const Options& options,
+                                                             Work work) {
   // Made in place: without exceptions tl::expected 1.0 copies what it is assigned.
   std::vector<std::optional<Result<Value>>> results(count);
   PatchProgress progress(options.progress, count);
@@ -134,6 +136,12 @@ Result<std::vector<Value>> for_each_patch(size_t count, const Options& options, 
     results[i].emplace(work(static_cast<uint32_t>(i), of_patch));
     if (count > 1) progress.finish_patch();
   });
+  return results;
+}
+
+template <class Value, class Options, class Work>
+Result<std::vector<Value>> for_each_patch(size_t count, const Options& options, Work work) {
+  auto results = results_of_patches<Value>(count, options, work);
   std::vector<Value> values;
   for (std::optional<Result<Value>>& result : results) {
     if (!*result) return tl::unexpected(std::move(*result).error());
@@ -232,6 +240,19 @@ Result<std::vector<Bytes>> sections_of(Bytes bytes, size_t count) {
   return sections;
 }
 
+JoinedPoints joined_points(std::span<const DecodedPart> parts) {
+  std::vector<PieceOfPoints> pieces;
+  for (const DecodedPart& part : parts)
+    pieces.push_back(piece_of_points(part.patch.mesh.points, part.shared));
+  return join_points(pieces);
+}
+
+Mesh merge(std::vector<DecodedPart> decoded, const JoinedPoints& joined, const DecodeOptions& options) {
+  std::vector<Mesh> parts;
+  for (DecodedPart& part : decoded) parts.push_back(std::move(part.patch.mesh));
+  return merge_parts(std::move(parts), joined, executor_of(options));
+}
+
 }  // namespace
 
 Result<DecodedPatch> decode_parts(const FileReader& reader, const Description& description, Bytes joins,
@@ -241,17 +262,84 @@ Result<DecodedPatch> decode_parts(const FileReader& reader, const Description& d
       description.parts.size(), options, [&](uint32_t i, const DecodeOptions& of_patch) {
         return decode_part(reader, description.of_part(i), i, shared[i], of_patch);
       })));
-  std::vector<PieceOfPoints> pieces;
-  std::vector<Mesh> parts;
-  for (DecodedPart& part : decoded) {
-    const Mesh& mesh = parts.emplace_back(std::move(part.patch.mesh));
-    pieces.push_back(piece_of_points(mesh.points, part.shared));
-  }
-  const JoinedPoints joined = join_points(pieces);
+  const JoinedPoints joined = joined_points(decoded);
   // Only now is it known how many points the parts have together.
   if (joined.count != description.points)
     return failure(ErrorCode::corrupt, "the parts have not the points of the mesh");
-  return DecodedPatch{merge_parts(std::move(parts), joined, executor_of(options)), true, {}, {}};
+  return DecodedPatch{merge(std::move(decoded), joined, options), true, {}, {}};
+}
+
+namespace {
+
+/// A part with those of its arrays that are whole.
+struct SavedPart {
+  DecodedPart part;
+  uint32_t number = 0;
+  std::vector<std::string> lost;
+};
+
+Result<SavedPart> save_part(const FileReader& reader, const Description& of_part, uint32_t part, Bytes shared,
+                            const DecodeOptions& options) {
+  SavedPart saved;
+  saved.number = part;
+  saved.lost = lost_arrays(reader, of_part, part, options);
+  saved.part =
+      MAILLE_TRY(decode_part(reader, of_part, part, shared, without_arrays(options, of_part, saved.lost)));
+  return saved;
+}
+
+/// Those that are whole. Error: other than corrupt; corrupt, if there are none.
+Result<std::vector<SavedPart>> whole_parts(const FileReader& reader, const Description& description,
+                                           std::span<const Bytes> shared, const DecodeOptions& options) {
+  auto results = results_of_patches<SavedPart>(
+      description.parts.size(), options, [&](uint32_t i, const DecodeOptions& of_patch) {
+        return save_part(reader, description.of_part(i), i, shared[i], of_patch);
+      });
+  std::vector<SavedPart> saved;
+  for (std::optional<Result<SavedPart>>& result : results) {
+    if (*result)
+      saved.push_back(std::move(**result));
+    else if (result->error().code != ErrorCode::corrupt || (saved.empty() && &result == &results.back()))
+      return tl::unexpected(std::move(*result).error());
+  }
+  return saved;
+}
+
+/// All parts' arrays that are whole in each, joined. `lost`: names of the others.
+Mesh merge_saved(std::vector<SavedPart> saved, std::vector<std::string>& lost, const DecodeOptions& options) {
+  std::vector<DecodedPart> parts;
+  for (SavedPart& each : saved) {
+    lost.insert(lost.end(), each.lost.begin(), each.lost.end());
+    parts.push_back(std::move(each.part));
+  }
+  for (DecodedPart& part : parts) drop_arrays(part.patch.mesh, lost);
+  const JoinedPoints joined = joined_points(parts);
+  return merge(std::move(parts), joined, options);
+}
+
+}  // namespace
+
+Result<Remains> salvage_parts(const FileReader& reader, const Description& description,
+                              const Result<std::vector<std::byte>>& joins, const DecodeOptions& options) {
+  Remains remains;
+  const size_t count = description.parts.size();
+  Result<std::vector<Bytes>> shared = sections_of(joins ? Bytes(*joins) : Bytes(), count);
+  if (!shared) remains.lost.push_back("which points the parts share (now those at one place)");
+  if (!shared) shared.emplace(count);
+  std::vector<SavedPart> saved = MAILLE_TRY(whole_parts(reader, description, *shared, options));
+  if (saved.size() < count)
+    remains.lost.push_back(std::to_string(count - saved.size()) + " of " + std::to_string(count) + " parts");
+  const bool with_first = saved[0].number == 0;
+  std::vector<std::string> lost;
+  remains.mesh = merge_saved(std::move(saved), lost, options);
+  for (Array& array : remains.mesh.arrays) {
+    // Part 0 has them, and is lost.
+    if (array.domain != Domain::mesh || with_first) continue;
+    if (!read_mesh_array(reader, description, array)) lost.push_back(array.name);
+  }
+  drop_arrays(remains.mesh, lost);
+  tell_lost_arrays(std::move(lost), remains);
+  return remains;
 }
 
 }  // namespace maille

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "description/remains.h"
 #include "surface/parts/shared_points.h"
 #include "surface/patch_streams.h"
 
@@ -40,5 +41,11 @@ Result<EncodedParts> encode_parts(const Mesh& mesh, std::span<const ArrayToCode>
 /// valid. Safe on any bytes. Errors: corrupt, cancelled.
 Result<DecodedPatch> decode_parts(const FileReader& reader, const Description& description, Bytes joins,
                                   const DecodeOptions& options);
+
+/// What is left of them: the parts whose cells and positions are whole, and the arrays that are whole in all
+/// of these. Without `joins` points on borders that lie at one place are one. Error: corrupt, if no part is
+/// left.
+Result<Remains> salvage_parts(const FileReader& reader, const Description& description,
+                              const Result<std::vector<std::byte>>& joins, const DecodeOptions& options);
 
 }  // namespace maille

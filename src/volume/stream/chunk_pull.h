@@ -19,7 +19,8 @@ class ChunkPull {
   /// Reads the file's header; first. Error: corrupt, unsupported, cannot_read.
   Result<FileHeader> begin();
   /// The next chunk, in `header` and `content` (valid until the next call). False: the file has ended, and
-  /// whole. Error: corrupt (cut off, damaged), cannot_read.
+  /// whole. An ancillary chunk that is damaged has no content. Error: corrupt (cut off, damaged),
+  /// cannot_read.
   Result<bool> next(ChunkHeader& header, Bytes& content);
   /// From here on chunks can be had again.
   void mark();

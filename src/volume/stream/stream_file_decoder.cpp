@@ -318,6 +318,23 @@ Result<Mesh> decode_stream(const Source& source, const DecodeOptions& options) {
 }
 
 /// All whole batches before the first damage. Memory and other errors are not damage, and end it.
+namespace {
+
+/// The input's order; none of a part, as it speaks of all points and cells. `damage`: of cells, or else of
+/// it.
+Result<std::optional<CodedOrder>> salvage_order(const Source& source, const StreamDescription& description,
+                                                std::optional<Error>& damage) {
+  if (!description.order_apart) return std::optional<CodedOrder>();
+  Result<std::optional<CodedOrder>> order = order_of(source, description);
+  if (!order && order.error().code != ErrorCode::corrupt) return order;
+  if (order && !damage) return order;
+  if (!damage) damage = std::move(order).error();
+  damage->message += "; lost: the input's order";
+  return std::optional<CodedOrder>();
+}
+
+}  // namespace
+
 Result<Salvaged> salvage_stream(const Source& source, const DecodeOptions& options) {
   StreamReader reader = MAILLE_TRY(open_any(source, options));
   MeshCollector collector(reader.description(), options);
@@ -331,13 +348,8 @@ Result<Salvaged> salvage_stream(const Source& source, const DecodeOptions& optio
     MAILLE_CHECK(collector.add(portion, source.name()));
     if (options.progress && !options.progress({"cells", 0})) return cancelled();
   }
-  // Of a part the input's order says nothing, as it speaks of all points and cells.
-  std::optional<CodedOrder> order;
-  if (salvaged.damage) {
-    MAILLE_CHECK(collector.close_gaps(source.name()));
-  } else {
-    order = MAILLE_TRY(order_of(source, reader.description()));
-  }
+  if (salvaged.damage) MAILLE_CHECK(collector.close_gaps(source.name()));
+  const auto order = MAILLE_TRY(salvage_order(source, reader.description(), salvaged.damage));
   salvaged.mesh = MAILLE_TRY(collector.finish(source.name(), order));
   return salvaged;
 }
