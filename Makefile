@@ -3,7 +3,7 @@ PREFIX ?= /usr/local
 
 FUZZ_SECONDS ?= 60
 
-.PHONY: help check-deep demo test test-c test-mpi test-python test-foam test-readers test-vtk test-paraview sanitize web viewer bench scale fuzz format install package test-package clean
+.PHONY: help check-deep coverage demo test test-c test-mpi test-python test-foam test-readers test-vtk test-paraview sanitize web viewer bench scale fuzz format install package test-package clean
 
 help:
 	@echo "make demo     build, compress a real scan, bring it back, compare (MESH=path: a mesh of your own)"
@@ -17,6 +17,7 @@ help:
 	@echo "make test-readers  read what maille writes with VTK, meshio, gmsh, assimp and foamToVTK, and compare"
 	@echo "make sanitize the same with the sanitizers of clang and small meshes (.ci/run does both)"
 	@echo "make check-deep every allocation and call to the system fails in turn, kills, power losses, damaged files: docs/reliability.md"
+	@echo "make coverage which lines of what decodes are run by tests"
 	@echo "make web      build the WebAssembly decoder and test it, its JavaScript and the viewer, under node and in Chromium"
 	@echo "make viewer   build the viewer of maille view and maille serve; make install takes it along"
 	@echo "make bench    measure beside Draco, meshoptimizer, OpenCTM and xz; writes docs/benchmarks.md and the figures of README.md"
@@ -66,6 +67,9 @@ sanitize:
 
 check-deep:
 	@scripts/check-deep
+
+coverage:
+	@scripts/coverage
 
 web:
 	@scripts/test-web

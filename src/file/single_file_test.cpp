@@ -101,6 +101,21 @@ TEST(EncodeReport, PartsAddUpToTheFile) {
   }
 }
 
+/// Mixing pays for each of them, where fans code that a face comes again.
+TEST(EncodeReport, OfOneFaceManyTimesIsNoLargerAtTheHighestEffort) {
+  Mesh mesh = to_mesh(shapes::tetrahedron());
+  for (const uint64_t faces : {3000, 6000}) {
+    CellBlock& block = mesh.blocks[0];
+    block = {};
+    block.type = CellType::triangle;
+    for (uint64_t i = 0; i < 3 * faces; ++i) block.connectivity.push_back(static_cast<uint32_t>(i % 3));
+    EncodeOptions best;
+    best.effort = 9;
+    EXPECT_LE(encode_bytes(mesh, best)->bytes.size(), encode_bytes(mesh)->bytes.size());
+    EXPECT_LT(encode_bytes(mesh, best)->bytes.size(), 500u);
+  }
+}
+
 void expect_refused(const EncodeOptions& options, ErrorCode code, const char* why) {
   const auto encoded = encode_bytes(with_arrays(), options);
   ASSERT_FALSE(encoded) << why;
