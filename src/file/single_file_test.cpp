@@ -104,7 +104,7 @@ TEST(EncodeReport, PartsAddUpToTheFile) {
 /// Mixing pays for each of them, where fans code that a face comes again.
 TEST(EncodeReport, OfOneFaceManyTimesIsNoLargerAtTheHighestEffort) {
   Mesh mesh = to_mesh(shapes::tetrahedron());
-  for (const uint64_t faces : {3000, 6000}) {
+  for (const uint64_t faces : {uint64_t{3000}, uint64_t{6000}}) {
     CellBlock& block = mesh.blocks[0];
     block = {};
     block.type = CellType::triangle;
