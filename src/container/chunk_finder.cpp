@@ -8,6 +8,7 @@
 namespace maille {
 namespace {
 
+/// More than anybody reads, and less than 20 kB of sentences; chosen, not measured.
 constexpr size_t max_problems = 100;
 
 tl::unexpected<Error> bad_index(const std::string& what) {
@@ -39,7 +40,8 @@ Result<std::vector<std::byte>> read_index_bytes(SourceWindow& window, const Foot
   return bytes;
 }
 
-/// A search for chunks by their markers.
+/// A search for chunks by their markers. Contents may hold whole .maille files: what is inside a chunk is
+/// never looked at, as long as the chunk's own header is whole.
 class Scan {
  public:
   Scan(const Source& source, Bytes file_header, uint64_t end, Problems& problems)
@@ -75,6 +77,7 @@ class Scan {
       return std::nullopt;
     }
     if (parsed->header.type == index_type) return offset + total;
+    // Contents are not read here: a scan of a file of gigabytes would take as long as decoding it.
     const uint64_t checksum_offset = offset + total - chunk_checksum_bytes;
     const Bytes tail = MAILLE_TRY(window_.at(checksum_offset, chunk_checksum_bytes));
     found_.records.push_back({parsed->header, offset, load<uint64_t>(tail.data())});
@@ -86,6 +89,7 @@ class Scan {
   Result<bool> take_footer(uint64_t offset) {
     if (offset + footer_bytes > end_) return false;
     const auto footer = read_footer(MAILLE_TRY(window_.at(offset, footer_bytes)));
+    // Only the digest tells a footer from bytes that look like one, so it also counts in builds for fuzzing.
     if (!footer || footer->digest != digest_.finish(footer->index_offset)) return false;
     found_.whole = found_.records.size();
     found_.whole_end = offset + footer_bytes;
@@ -96,6 +100,7 @@ class Scan {
     while (offset < end_) {
       Bytes bytes = MAILLE_TRY(window_.at(offset, 1));
       bytes = bytes.first(static_cast<size_t>(std::min<uint64_t>(bytes.size(), end_ - offset)));
+      // The first byte alone: the second may stand behind the window.
       const void* const hit = std::memchr(bytes.data(), chunk_marker[0], bytes.size());
       if (hit != nullptr)
         return offset + static_cast<uint64_t>(static_cast<const std::byte*>(hit) - bytes.data());
@@ -127,6 +132,7 @@ void Problems::add(std::string sentence) {
 
 Result<Bytes> SourceWindow::at(uint64_t offset, size_t size) {
   const uint64_t left = source_.size() - offset;
+  // What is in memory already is given as a whole, so that nobody asks again.
   if (const Bytes all = source_.view(); !all.empty()) return all.subspan(static_cast<size_t>(offset));
   const uint64_t end = offset + std::min<uint64_t>(size, left);
   if (offset < start_ || end > start_ + buffer_.size()) {
@@ -192,6 +198,7 @@ Result<std::vector<ChunkRecord>> read_index(const Source& source, const Footer& 
     next = read_footer(MAILLE_TRY(window.before(begin, footer_bytes)));
     if (!next) return bad_index("fewer chunks than the file holds");
     if (next->index_offset != 0) continue;
+    // Only the first part of a continued file can be small enough to have no index: the scan is short.
     Problems problems;
     std::vector<std::byte> file_header(file_header_bytes);
     MAILLE_CHECK(source.read_at(0, file_header));

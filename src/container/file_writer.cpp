@@ -14,7 +14,8 @@ ChunkType type_of(const StreamKey& key) {
   return type;
 }
 
-/// Calls `write(header, content)` for each part of a stream.
+/// Calls `write(header, content)` for each part of a stream; once for a stream without bytes, which must be
+/// told from one that is missing.
 template <class Write>
 Result<> for_each_part(ChunkHeader header, Bytes bytes, Write write) {
   for (uint32_t part = 0;; ++part) {
@@ -90,10 +91,12 @@ Result<> FileWriter::write_part(const ChunkHeader& part, Bytes content) {
 
 Result<uint64_t> FileWriter::finish() {
   Footer footer;
+  // What is appended needs an index whatever its size: the index says where the footer before it stands.
   if (offset_ >= indexed_file_bytes || resumed_) {
     footer.index_offset = offset_;
     MAILLE_CHECK(write_index());
   }
+  // The file stays whole without what is appended, until a footer on the disk says that all of it is there.
   if (resumed_) MAILLE_CHECK(sink_->commit());
   footer.digest = digest_.finish(footer.index_offset);
   MAILLE_CHECK(write(write_footer(footer)));

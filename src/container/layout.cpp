@@ -18,6 +18,7 @@ bool starts_with(Bytes bytes, Bytes prefix) {
   return bytes.size() >= prefix.size() && std::equal(prefix.begin(), prefix.end(), bytes.begin());
 }
 
+/// A scan of damaged bytes meets a marker by chance every 64 KiB, and a header that fits then every 4 GiB.
 uint16_t header_check(Bytes header) {
   return static_cast<uint16_t>(hash64(header));
 }
@@ -35,6 +36,7 @@ Result<> check_magic(Bytes bytes, const std::string& name) {
   if (bytes.size() < magic.size() && starts_with(magic, bytes)) {
     return failure(ErrorCode::corrupt, name + ": cut off within its header");
   }
+  // The end of the magic has both line ends and the end-of-file of DOS for this, as PNG's has.
   if (starts_with(bytes, magic.first(4))) {
     return failure(ErrorCode::corrupt,
                    name + ": damaged by a transfer that rewrote line ends; transfer it again in binary mode");
@@ -135,6 +137,7 @@ uint64_t chunk_total_bytes(const ChunkHeader& header) {
 std::optional<Bytes> chunk_content(Bytes bytes, const ChunkRecord& record) {
   const std::optional<ParsedChunkHeader> parsed = read_chunk_header(bytes);
   if (!parsed || parsed->total_bytes() != bytes.size()) return std::nullopt;
+  // What the index says must be what stands there: a chunk in another's place has a right checksum, too.
   const std::vector<std::byte> expected = write_chunk_header(record.header);
   if (write_chunk_header(parsed->header) != expected) return std::nullopt;
 
@@ -166,6 +169,7 @@ std::optional<Footer> read_footer(Bytes last_bytes) {
 
 Digest::Digest(Bytes file_header) : value_(hash64(file_header)) {}
 
+/// A chain rather than a hash of all at the end: its state is eight bytes, whatever has been written.
 void Digest::add_chunk(const ChunkHeader& header, uint64_t checksum) {
   ByteWriter link;
   link.put(value_);

@@ -9,6 +9,7 @@ Result<std::vector<std::string>> verify_checksums(const Source& source) {
   const FileReader reader = MAILLE_TRY(FileReader::open(source));
   std::vector<std::string> damage;
   for (const std::string& problem : reader.problems()) damage.push_back(source.name() + ": " + problem);
+  // All chunks, also those that no decoder asks for: who verifies wants to know that no bit has changed.
   for (const ChunkRecord& record : reader.records()) {
     const auto content = reader.read_chunk(record);
     if (content) continue;

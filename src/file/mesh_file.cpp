@@ -20,6 +20,8 @@ struct Kind {
   Mode mode = Mode::single;
   bool in_pieces = false;
 };
+/// By the header alone: each mode opens the rest in its own way, and from a distance each read is a round
+/// trip.
 Result<Kind> kind_of_file(const Source& source) {
   std::array<std::byte, file_header_bytes> front{};
   const auto size = static_cast<size_t>(std::min<uint64_t>(front.size(), source.size()));
@@ -79,6 +81,7 @@ Mode usual_mode(const Mesh& mesh) {
              return is_solid(static_cast<CellType>(type));
            });
   });
+  // Streams of cells have no arrays on corners: mode single takes such meshes whole.
   const bool corners = std::any_of(mesh.arrays.begin(), mesh.arrays.end(),
                                    [](const Array& array) { return array.domain == Domain::corner; });
   return solids && !corners ? Mode::stream : Mode::single;

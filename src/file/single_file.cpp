@@ -89,7 +89,8 @@ std::vector<PatchSources> sources_of(EncodedParts& encoded) {
   return sources;
 }
 
-/// Points at one place as one, or as they are.
+/// Points at one place as one, or as they are: whichever is smaller. A mesh in several parts is not welded:
+/// docs/format.md, 11.1.
 Result<CodedMesh> code_with_order(const Mesh& mesh, const EncodeOptions& options) {
   std::vector<ArrayToCode> arrays = MAILLE_TRY(map_arrays(mesh, options));
   const bool whole = mesh.cell_count() <= most_cells_per_part(options, mesh.cell_count());
@@ -106,6 +107,7 @@ Result<CodedMesh> code_with_order(const Mesh& mesh, const EncodeOptions& options
   if (options.order != Order::keep) return coded;
   EncodedParts& encoded = coded.encoded;
   ElementOrder elements = original_order(welded ? welded->mesh : mesh, sources_of(encoded), encoded.joined);
+  // The order is that of the points of the mesh, not of the fewer ones that were coded.
   if (welded) elements.points = original_points(*welded, elements, encoded.patches[0].twin_numbers);
   coded.order = encode_order(elements);
   return coded;
@@ -120,6 +122,7 @@ Result<CodedMesh> code_best(const Mesh& mesh, const EncodeOptions& options) {
   while (effort_of(lower.effort).mixed_surface) --lower.effort;
   CodedMesh other = MAILLE_TRY(code_with_order(mesh, lower));
   if (other.bytes() >= coded.bytes()) return coded;
+  // What was asked for, so that a decoded mesh encoded again goes the same way.
   other.description.effort = coded.description.effort;
   return other;
 }
@@ -159,6 +162,7 @@ Result<EncodeReport> encode_single(const Mesh& mesh, Sink& sink, const EncodeOpt
 
 namespace {
 
+/// Unknown critical streams are refused here, before anything is allocated for those that are known.
 Result<FileReader> open_file(const Source& source) {
   FileReader reader = MAILLE_TRY(FileReader::open(source, known_types));
   if (reader.header().mode != Mode::single) {
