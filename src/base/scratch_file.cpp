@@ -43,11 +43,14 @@ Result<ScratchFile> ScratchFile::create(const std::string& folder) {
 }
 
 Result<> ScratchFile::flush() {
-  const std::vector<std::byte> bytes = std::move(buffer_);
-  buffer_.clear();
-  if (bytes.empty()) return {};
-  MAILLE_CHECK(write_at(written_, bytes));
-  return {};
+  if (buffer_.empty()) return {};
+  // write_at() flushes, too, so the buffer is empty meanwhile; its memory is kept for the next pieces.
+  std::vector<std::byte> bytes;
+  bytes.swap(buffer_);
+  const auto written = write_at(written_, bytes);
+  bytes.clear();
+  bytes.swap(buffer_);
+  return written;
 }
 
 Result<> ScratchFile::append(Bytes bytes) {

@@ -24,6 +24,16 @@ bool has_length(CellType type) {
   return nodes_of(type) == 0;
 }
 
+/// Keeps the memory for the next cells. Where the allocator gives large blocks back at once
+/// (keep_memory_small() of the command), pages of new vectors for every block cost more than all the rest.
+void clear(CellPiece& piece) {
+  piece.types.clear();
+  piece.offsets.assign(1, 0);
+  piece.connectivity.clear();
+  piece.face_sizes.clear();
+  piece.cell_faces.clear();
+}
+
 }  // namespace
 
 // Offsets of `from` are those of its own connectivity and are moved behind what `out` holds. Faces are told
@@ -111,8 +121,7 @@ Result<> CellFile::load(size_t block) {
   // No block counts as loaded should reading fail half-way.
   loaded_block_ = ~size_t{0};
   MAILLE_CHECK(file_.read_at(blocks_[block].at, bytes));
-  loaded_ = {};
-  loaded_.offsets.push_back(0);
+  clear(loaded_);
   last_ = 0;
   for (ByteReader in(bytes); in.ok() && in.remaining() > 0;) take_cell(in);
   loaded_block_ = block;
@@ -120,8 +129,7 @@ Result<> CellFile::load(size_t block) {
 }
 
 Result<> CellFile::read(uint64_t first, uint64_t count, CellPiece& out) {
-  out = {};
-  out.offsets.push_back(0);
+  clear(out);
   if (count > cells_ || first > cells_ - count)
     return failure(ErrorCode::usage, "more cells were asked for than there are");
   while (count > 0) {
