@@ -172,7 +172,7 @@ Result<int> run(const GenerateOptions& options) {
                                                    : "name a file to write, or give --count");
   }
   TOOL_CHECK(check_json_output(options.common, options.output));
-  const BlockDictionary blocks = TOOL_TRY(read_block_dictionary(options.input));
+  const BlockDictionary blocks = TOOL_TRY(read_block_dictionary(options.input, {options.common.memory}));
   say_notes(options.input, blocks.notes, options.common.quiet);
   auto result = options.count ? count(options, blocks.description) : write(options, blocks.description);
   // Generating happens after reading, so the library no longer knows the name of the dictionary.

@@ -158,7 +158,9 @@ struct BlockDictionary {
   std::vector<std::string> notes;
 };
 
-/// Reads a blockMeshDict. Error: malformed_input or unsupported, naming file, line and entry.
-[[nodiscard]] Result<BlockDictionary> read_block_dictionary(const std::string& path);
+/// Reads a blockMeshDict. `limits`: of each file with triangles that it names. Errors: malformed_input or
+/// unsupported, naming file, line and entry; those of reading such a file.
+[[nodiscard]] Result<BlockDictionary> read_block_dictionary(const std::string& path,
+                                                            const Limits& limits = {});
 
 }  // namespace maille

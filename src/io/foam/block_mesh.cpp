@@ -19,7 +19,7 @@ namespace {
 // noted, what is not supported is refused with its line.
 class BlockReader {
  public:
-  explicit BlockReader(const FoamFile& file) : file_(file) {}
+  BlockReader(const FoamFile& file, const Limits& limits) : file_(file), limits_(limits) {}
 
   Result<BlockDictionary> read() {
     MAILLE_CHECK(refuse_what_is_missing());
@@ -86,7 +86,7 @@ class BlockReader {
     KnownSurface& known = found->second;
     if (!known.number) {
       known.number = static_cast<uint32_t>(description().surfaces.size());
-      description().surfaces.push_back(MAILLE_TRY(read_foam_surface(file_, *known.entry, name)));
+      description().surfaces.push_back(MAILLE_TRY(read_foam_surface(file_, *known.entry, name, limits_)));
     }
     return *known.number;
   }
@@ -413,6 +413,7 @@ class BlockReader {
   void note(std::string text) { result_.notes.push_back(std::move(text)); }
 
   const FoamFile& file_;
+  const Limits& limits_;
   BlockDictionary result_;
   std::map<std::string, uint32_t> vertex_names_;
   std::map<std::string, uint32_t> block_names_;
@@ -426,12 +427,12 @@ class BlockReader {
 
 }  // namespace
 
-Result<BlockDictionary> blocks_of(const FoamFile& file) {
-  return BlockReader(file).read();
+Result<BlockDictionary> blocks_of(const FoamFile& file, const Limits& limits) {
+  return BlockReader(file, limits).read();
 }
 
-Result<BlockDictionary> read_block_dictionary(const std::string& path) {
-  return blocks_of(MAILLE_TRY(read_foam_file(path)));
+Result<BlockDictionary> read_block_dictionary(const std::string& path, const Limits& limits) {
+  return blocks_of(MAILLE_TRY(read_foam_file(path)), limits);
 }
 
 }  // namespace maille

@@ -2,6 +2,9 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <filesystem>
+
+#include "support/temporary_folder.h"
 
 namespace maille {
 namespace {
@@ -171,6 +174,22 @@ TEST(BlockMesh, RefusesProjectionsToWhatIsNotThere) {
   EXPECT_THAT(error_of("geometry { s { type triSurfaceMesh; file \"s.stl\"; } }" + vertices + blocks +
                        "edges (project 0 1 (s));"),
               HasSubstr("there is no 's.stl' in constant/triSurface or constant/geometry"));
+}
+
+TEST(BlockMesh, SurfacesOfTrianglesAreReadWithinTheLimits) {
+  const testing::TemporaryFolder folder;
+  std::filesystem::create_directories(folder.path("constant/triSurface"));
+  folder.write("constant/triSurface/s.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  std::filesystem::create_directories(folder.path("system"));
+  const std::string path =
+      folder.write("system/blockMeshDict", "geometry { s { type triSurfaceMesh; file \"s.obj\"; } }" +
+                                               vertices + blocks + "edges (project 0 1 (s));");
+  const auto read = read_block_dictionary(path);
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_EQ(read->description.surfaces[0].triangles.size(), 1u);
+  const auto bounded = read_block_dictionary(path, Limits{8});
+  ASSERT_FALSE(bounded);
+  EXPECT_EQ(bounded.error().code, ErrorCode::memory_bound);
 }
 
 TEST(BlockMesh, NamesFileLineAndEntry) {

@@ -337,6 +337,14 @@ TEST_F(FoamCaseFields, FilesOfTheUserStay) {
   EXPECT_THAT(refused.error().message, HasSubstr("again/0/p: exists already; -f overwrites it"));
 }
 
+TEST_F(FoamCaseFields, OfATimeThatIsNoNumberAreLeftOutByItsName) {
+  Mesh mesh = read_mesh(folder_.path("case"))->mesh;
+  mesh.metadata.emplace_back("openfoam.time", "soon");
+  const auto notes = write({mesh});
+  ASSERT_TRUE(notes) << notes.error().message;
+  EXPECT_THAT(*notes, Contains("the fields of time \"soon\" left out: it is no number"));
+}
+
 TEST_F(FoamCaseFields, NothingIsWrittenElsewhere) {
   put("0/p", pressure("0"));
   const auto read = read_mesh(folder_.path("case"));

@@ -368,10 +368,7 @@ Result<> FoamFieldWriter::write_time(MeshSource& values) {
   banner_ = value_of(foam_banner_key);
   if (time_.empty()) return {};
   if (!foam_time_of(time_) || !is_plain_foam_path(time_)) {
-    notes_.push_back(
-        "the fields of time "
-        " + time_.substr(0, 40) + "
-        " left out: it is no number");
+    notes_.push_back("the fields of time \"" + time_.substr(0, 40) + "\" left out: it is no number");
     return {};
   }
   if (std::find(times_.begin(), times_.end(), time_) != times_.end()) return {};

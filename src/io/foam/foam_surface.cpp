@@ -16,8 +16,8 @@ namespace {
 // new names.
 class SurfaceReader {
  public:
-  SurfaceReader(const FoamFile& file, const FoamDictionary::Entry& entry)
-      : file_(file), entry_(entry), dictionary_(*entry.dictionary) {}
+  SurfaceReader(const FoamFile& file, const FoamDictionary::Entry& entry, const Limits& limits)
+      : file_(file), entry_(entry), limits_(limits), dictionary_(*entry.dictionary) {}
 
   Result<BlockSurface> read(const std::string& name) {
     surface_.name = name;
@@ -111,7 +111,9 @@ class SurfaceReader {
       FoamCursor at(file_, *find("file"));
       name = at.peek().text;
     }
-    const ReadResult read = MAILLE_TRY(read_mesh(MAILLE_TRY(path_of(name))));
+    ReadOptions options;
+    options.limits = limits_;
+    const ReadResult read = MAILLE_TRY(read_mesh(MAILLE_TRY(path_of(name)), options));
     const double scale = find("scale") != nullptr ? MAILLE_TRY(number("scale")) : 1;
     const Array& points = read.mesh.points;
     for (uint64_t i = 0; i < points.count(); ++i) {
@@ -153,6 +155,7 @@ class SurfaceReader {
 
   const FoamFile& file_;
   const Entry& entry_;
+  const Limits& limits_;
   FoamDictionary dictionary_;
   BlockSurface surface_;
 };
@@ -168,8 +171,8 @@ Result<Position> read_foam_position(FoamCursor& at) {
 }
 
 Result<BlockSurface> read_foam_surface(const FoamFile& file, const FoamDictionary::Entry& entry,
-                                       const std::string& name) {
-  return SurfaceReader(file, entry).read(name);
+                                       const std::string& name, const Limits& limits) {
+  return SurfaceReader(file, entry, limits).read(name);
 }
 
 }  // namespace maille

@@ -14,6 +14,6 @@ Result<Position> read_foam_position(FoamCursor& at);
 /// triSurfaceMesh, which is looked for in constant/triSurface and constant/geometry of the case that the
 /// dictionary lies in. Errors: malformed_input, unsupported, with file and line; those of reading the file.
 Result<BlockSurface> read_foam_surface(const FoamFile& file, const FoamDictionary::Entry& entry,
-                                       const std::string& name);
+                                       const std::string& name, const Limits& limits);
 
 }  // namespace maille
