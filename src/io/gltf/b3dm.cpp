@@ -7,6 +7,7 @@
 #include "base/result.h"
 #include "io/format.h"
 #include "io/gltf/gltf.h"
+#include "io/gltf/gltf_file.h"
 #include "io/reading.h"
 
 namespace maille {
@@ -25,6 +26,10 @@ std::string_view text_of(Bytes bytes) {
 /// Keeps the point to which positions are relative, as metadata: it is given in doubles, and floats would not
 /// hold the sum.
 void add_centre(std::string_view features, ReadResult& result) {
+  if (json_too_deep(features)) {
+    result.notes.push_back("the table of positions (feature table) left out: it is nested too deep");
+    return;
+  }
   const auto table = nlohmann::json::parse(features, nullptr, false);
   if (!table.is_object() || !table.contains("RTC_CENTER")) return;
   result.mesh.metadata.emplace_back("b3dm.rtc_center", table["RTC_CENTER"].dump());

@@ -38,6 +38,15 @@ TEST(B3dmReader, GivesTheMeshOfTheTileAndKeepsItsPlace) {
   EXPECT_THAT(result->notes, Contains(HasSubstr("centre of the tile")));
 }
 
+TEST(B3dmReader, ATableNestedWithoutEndIsLeftOut) {
+  const std::string deep =
+      "{\"RTC_CENTER\":" + std::string(1'000'000, '[') + std::string(1'000'000, ']') + "}";
+  const auto result = read_text(b3dm_format(), tile(deep));
+  ASSERT_TRUE(result) << result.error().message;
+  EXPECT_EQ(result->mesh.cell_count(), 1u);
+  EXPECT_THAT(result->notes, Contains(HasSubstr("nested too deep")));
+}
+
 TEST(B3dmReader, EveryTruncationIsAnError) {
   const std::string whole = tile("{}");
   for (size_t size = 0; size < whole.size(); ++size)

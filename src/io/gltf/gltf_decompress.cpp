@@ -130,7 +130,6 @@ Result<> GltfDecompressor::give_names(const Mesh& mesh, const std::vector<uint32
     if (!number) return malformed(in + " is in the extension, but not in the primitive");
     const Array* array = gltf_array(mesh, name);
     if (array == nullptr) return malformed(in + ": the .maille file has no array '" + name + "' of points");
-    const std::string what = name + " of accessor " + std::to_string(*number);
     if (const auto known = given_.find(*number); known != given_.end()) {
       if (known->second == name) continue;
       return malformed(in + ": accessor " + std::to_string(*number) + " is given twice");

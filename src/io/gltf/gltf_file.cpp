@@ -74,31 +74,9 @@ Result<Chunks> split_glb(const std::string& file, Bytes bytes) {
   return chunks;
 }
 
-/// Before any parser sees the text. Brackets in strings do not count; a text that is not well-formed is
-/// refused later.
-Result<> check_depth(const std::string& file, const Chunks& chunks) {
-  int depth = 0;
-  bool in_string = false;
-  for (size_t i = 0; i < chunks.json.size(); ++i) {
-    const char c = chunks.json[i];
-    if (in_string) {
-      if (c == '\\') ++i;
-      if (c == '"') in_string = false;
-    } else if (c == '"') {
-      in_string = true;
-    } else if (c == '{' || c == '[') {
-      if (++depth > max_depth) {
-        return malformed_byte(file, chunks.json_at + i, "JSON nested more than 200 levels deep");
-      }
-    } else if (c == '}' || c == ']') {
-      --depth;
-    }
-  }
-  return {};
-}
-
 Result<json> parse_json(const std::string& file, const Chunks& chunks) {
-  MAILLE_CHECK(check_depth(file, chunks));
+  if (const auto at = json_too_deep(chunks.json))
+    return malformed_byte(file, chunks.json_at + *at, "JSON nested more than 200 levels deep");
   json document;
   try {
     document = json::parse(chunks.json);
@@ -319,6 +297,26 @@ void take_metadata(GltfFile& file, json asset) {
 }
 
 }  // namespace
+
+/// Brackets in strings do not count; a text that is not well-formed is refused later.
+std::optional<size_t> json_too_deep(std::string_view json) {
+  int depth = 0;
+  bool in_string = false;
+  for (size_t i = 0; i < json.size(); ++i) {
+    const char c = json[i];
+    if (in_string) {
+      if (c == '\\') ++i;
+      if (c == '"') in_string = false;
+    } else if (c == '"') {
+      in_string = true;
+    } else if (c == '{' || c == '[') {
+      if (++depth > max_depth) return i;
+    } else if (c == '}' || c == ']') {
+      --depth;
+    }
+  }
+  return std::nullopt;
+}
 
 Result<GltfFile> open_gltf(const Source& source, std::string_view allowed) {
   GltfFile file;

@@ -3,6 +3,7 @@
 #include <maille/io.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,10 @@ struct GltfFile {
   std::vector<std::unique_ptr<Source>> files;
   std::vector<InputBytes> file_bytes;
 };
+
+/// Where JSON is nested deeper than any real file, if it is. Ask before it is parsed: what copies or writes
+/// it calls itself for each level, which would overflow the stack.
+std::optional<size_t> json_too_deep(std::string_view json);
 
 /// Takes a .glb or .gltf apart; buffers are data URIs, the binary chunk, or files in the same folder or
 /// below. Errors: malformed_input with the byte; unsupported for other versions and for required extensions

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "base/bytes.h"
+#include "io/gltf/gltf_file.h"
 #include "io/gltf/gltf_names.h"
 #include "io/gltf/gltf_writer.h"
 #include "io/reading.h"
@@ -15,7 +16,7 @@ using json = GltfWriter::Json;
 
 json gltf_metadata(const Mesh& mesh, const char* key) {
   for (const auto& [name, value] : mesh.metadata) {
-    if (name == key) return json::parse(value, nullptr, false);
+    if (name == key) return json_too_deep(value) ? json() : json::parse(value, nullptr, false);
   }
   return json();
 }

@@ -230,8 +230,7 @@ Result<> GltfReader::read_points() {
     const auto accessor = MAILLE_TRY(accessors_.get(index, "a primitive"));
     layouts.push_back(MAILLE_TRY(accessors_.layout(*accessor, where)));
     if (layouts.back().rows != 3 || layouts.back().columns != 1) return malformed(where + " is not VEC3");
-    if (layouts.back().normalized != layouts.front().normalized &&
-        layouts.back().type != layouts.front().type) {
+    if (layouts.back().normalized != layouts.front().normalized) {
       return failure(ErrorCode::unsupported,
                      file_.name + ": some positions are normalized integers, some are not");
     }

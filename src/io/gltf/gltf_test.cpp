@@ -198,6 +198,26 @@ TEST(GltfReader, PrimitivesShareOrAppendPointsAndBecomeNamedBlocks) {
   EXPECT_TRUE(has_note(result->notes, "1 texture"));
 }
 
+TEST(GltfReader, PositionsOfWhichOnlySomeAreNormalizedAreRefused) {
+  const auto accessor = [](const std::string& normalized) {
+    return R"(,{"bufferView":3,"componentType":5122,"count":4,"type":"VEC3","normalized":)" + normalized +
+           "}";
+  };
+  const auto read_both = [&](const std::string& first, const std::string& second) {
+    return read(
+        glb(replaced(small_json(accessor(first) + accessor(second)),
+                     R"({"attributes":{"POSITION":0},"indices":1})",
+                     R"({"attributes":{"POSITION":2},"mode":0},{"attributes":{"POSITION":3},"mode":0})"),
+            small_binary()));
+  };
+  EXPECT_TRUE(read_both("true", "true"));
+  EXPECT_TRUE(read_both("false", "false"));
+  const auto mixed = read_both("true", "false");
+  ASSERT_FALSE(mixed);
+  EXPECT_EQ(mixed.error().code, ErrorCode::unsupported);
+  EXPECT_THAT(mixed.error().message, HasSubstr("some positions are normalized integers, some are not"));
+}
+
 TEST(GltfReader, TransformsAreKeptAsMetadataAndMeshesComeOnce) {
   const std::string nodes =
       R"([{"children":[1,2,3],"scale":[2,2,2]},{"mesh":0},{"mesh":0,"translation":[1,2,3.5]},{"mesh":1}])";
@@ -374,6 +394,14 @@ TEST(GltfWriter, KeepsTheAssetAsItWas) {
     EXPECT_EQ(first->mesh.metadata.at(0).second, asset);
     expect_same_mesh(round_trip(first->mesh), first->mesh);
   }
+}
+
+TEST(GltfWriter, MetadataNestedWithoutEndAreAsIfNotThere) {
+  const std::string deep =
+      R"({"version":"2.0","extras":)" + std::string(1'000'000, '[') + std::string(1'000'000, ']') + "}";
+  Mesh mesh = scene_mesh(), plain = mesh;
+  mesh.metadata.emplace_back("gltf.asset", deep);
+  EXPECT_EQ(write_text(gltf_format(), mesh).text, write_text(gltf_format(), plain).text);
 }
 
 TEST(GltfWriter, KeepsIntegerTypesRangesAndOwnMetadata) {
