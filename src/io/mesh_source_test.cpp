@@ -360,6 +360,26 @@ TEST(MeshSink, SpoolsGmshFilesAsTheyAreWrittenWhole) {
   }
 }
 
+TEST(MeshSink, NamesOfSeveralLinesStandInOneInGmshFiles) {
+  const testing::TemporaryFolder folder;
+  const std::string path = folder.path("lines.msh");
+  Mesh mesh;
+  mesh.points = make_array("position", Domain::point, Scalar::f64, 3);
+  mesh.points.resize(3);
+  mesh.blocks.push_back({"in\nlet", CellType::triangle, {}, {}, {0, 1, 2}});
+  mesh.arrays.push_back(make_array("heat\r\nflux", Domain::point, Scalar::f64, 1));
+  mesh.arrays[0].resize(3);
+  mesh.metadata.emplace_back("gmsh.version", "2.2");
+  const auto source = mesh_as_source(mesh);
+  const auto sink = mesh_sink(path, "msh", source->description());
+  ASSERT_TRUE(sink) << sink.error().message;
+  pour(*source, **sink, 1);
+  const auto back = read_mesh(path);
+  ASSERT_TRUE(back) << back.error().message;
+  EXPECT_NE(back->mesh.find("heat  flux", Domain::point), nullptr);
+  EXPECT_NE(text_of_file(path).find("\"in let\"\n"), std::string::npos);
+}
+
 TEST(MeshSink, LeavesNothingWithoutCommit) {
   const testing::TemporaryFolder folder;
   const std::string path = folder.path("unfinished.vtu");

@@ -3,6 +3,7 @@
 #include <maille/io.h>
 #include <maille/mesh_source.h>
 #include <span>
+#include <string>
 
 namespace maille {
 
@@ -45,5 +46,8 @@ inline constexpr char gmsh_version_key[] = "gmsh.version";
 inline constexpr char gmsh_periodic_key[] = "gmsh.periodic";
 /// "gmsh.physical.DIMENSION.TAG": the name of a physical group.
 inline constexpr char gmsh_names_prefix[] = "gmsh.physical.";
+
+/// A name for a line of its own in a file: line ends inside it become blanks.
+std::string gmsh_name(std::string text);
 
 }  // namespace maille

@@ -101,17 +101,16 @@ void GmshSink::put_names(std::string& head) {
   }
   if (names.empty()) return;
   head += "$PhysicalNames\n" + std::to_string(names.size()) + "\n";
-  for (auto [group, name] : names) {
-    std::replace_if(
-        name.begin(), name.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
-    head += std::to_string(group.first) + " " + std::to_string(group.second) + " \"" + name + "\"\n";
+  for (const auto& [group, name] : names) {
+    const std::string numbers = std::to_string(group.first) + " " + std::to_string(group.second);
+    head += numbers + " \"" + gmsh_name(name) + "\"\n";
   }
   head += "$EndPhysicalNames\n";
 }
 
 std::string GmshSink::head_of(const Array& array, uint32_t components) const {
-  return std::string(array.domain == Domain::point ? "$NodeData" : "$ElementData") + "\n1\n\"" + array.name +
-         "\"\n1\n0\n3\n0\n" + std::to_string(components) + "\n" +
+  return std::string(array.domain == Domain::point ? "$NodeData" : "$ElementData") + "\n1\n\"" +
+         gmsh_name(array.name) + "\"\n1\n0\n3\n0\n" + std::to_string(components) + "\n" +
          std::to_string(description_.count_of(array)) + "\n";
 }
 

@@ -44,6 +44,12 @@ constexpr GmshType types[] = {{1, CellType::line, 2, {}},
 
 }  // namespace
 
+std::string gmsh_name(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
+  return text;
+}
+
 const GmshType* gmsh_type(int64_t number) {
   const auto known = std::find_if(std::begin(types), std::end(types),
                                   [&](const GmshType& type) { return type.number == number; });

@@ -21,13 +21,6 @@ constexpr size_t most_in_block = size_t{1} << 16;
 
 using Group = std::pair<int, int64_t>;  // dimension and tag
 
-// Names stand in lines of their own, so line ends inside them become blanks.
-std::string in_one_line(std::string text) {
-  std::replace_if(
-      text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
-  return text;
-}
-
 // Arrays that are written as tags and numbers of elements, not as data.
 bool is_tag(const Array& array) {
   return array.name == gmsh_physical_name || array.name == gmsh_geometrical_name ||
@@ -291,7 +284,7 @@ void GmshWriter::put_names() {
   if (names_.empty()) return;
   out_.put("$PhysicalNames\n" + std::to_string(names_.size()) + "\n");
   for (const auto& [group, name] : names_) {
-    const std::string plain = in_one_line(name);
+    const std::string plain = gmsh_name(name);
     out_.put(std::to_string(group.first) + " " + std::to_string(group.second) + " \"" + plain + "\"\n");
   }
   out_.put("$EndPhysicalNames\n");
@@ -460,7 +453,7 @@ Result<> GmshWriter::put_data(size_t number) {
   // Gmsh knows values of 1, 3 and 9 numbers; what is missing is zero.
   const uint32_t components = array.components == 1 ? 1 : array.components <= 3 ? 3 : 9;
   const std::string section = on_points ? "NodeData" : "ElementData";
-  out_.put("$" + section + "\n1\n\"" + in_one_line(array.name) + "\"\n1\n0\n3\n0\n" +
+  out_.put("$" + section + "\n1\n\"" + gmsh_name(array.name) + "\"\n1\n0\n3\n0\n" +
            std::to_string(components) + "\n" + std::to_string(on_points ? description_.points : elements_) +
            "\n");
   const size_t size = array.tuple_size();
