@@ -147,9 +147,10 @@ Result<> Builder::copy(const VrmlValues& values, VrmlKind kind, int64_t from, co
 
 Result<> Builder::put_on_points(const VrmlGeometry& geometry, VrmlKind kind) {
   const VrmlValues& values = *geometry.values[static_cast<size_t>(kind)];
-  std::byte* to = MAILLE_TRY(tuples(kind, Domain::point, values.type, first_point_, points_));
   // Remembered, so that another geometry on the same points with other values puts them on corners instead.
-  on_points_[{kind, first_point_}] = &values;
+  // One with the same values has nothing to add.
+  if (!on_points_.try_emplace({kind, first_point_}, &values).second) return {};
+  std::byte* to = MAILLE_TRY(tuples(kind, Domain::point, values.type, first_point_, points_));
   const uint64_t count = std::min(points_, values.numbers() / components_of(kind));
   std::memcpy(to, values.bytes.data(), count * components_of(kind) * size_of(values.type));
   return {};

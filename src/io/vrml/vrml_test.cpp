@@ -151,6 +151,19 @@ TEST(VrmlReader, SharedPointsWithOtherColoursBecomeCorners) {
             (std::vector<float>{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 1, 0, 1, 0, 0}));
 }
 
+TEST(VrmlReader, SaysThatSomeGeometriesHaveNoColoursHoweverOftenOthersShareTheirs) {
+  const std::string shared = "Shape { geometry PointSet { coord USE P color USE C } }";
+  const auto result = read(
+      "#VRML V2.0 utf8\n"
+      "Shape { geometry PointSet { coord DEF P Coordinate { point [0 0 0 1 0 0] } "
+      "color DEF C Color { color [1 0 0 0 1 0] } } }" +
+      shared + shared + "Shape { geometry PointSet { coord Coordinate { point [5 0 0 6 0 0] } } }");
+  ASSERT_TRUE(result) << result.error().message;
+  EXPECT_EQ(values<float>(result->mesh, "colour", Domain::point),
+            (std::vector<float>{1, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0}));
+  EXPECT_TRUE(has_note(result->notes, "belongs to some of the geometries only"));
+}
+
 TEST(VrmlReader, NumbersThatNeedDoublesAreKept) {
   const Mesh mesh = mesh_of(
       "Shape { geometry PointSet { coord Coordinate { point [0.1 0 0] } } }"
