@@ -139,6 +139,13 @@ TEST(SurfaceSource, SaysWhatItDoesNotReadInParts) {
   EXPECT_THAT(refusal(points + "g a\nf 1 2 3\n", "a.obj"), HasSubstr("line 4"));
   EXPECT_THAT(refusal(points + "vt 0 0\nf 1/1 2/1 3/1\n", "a.obj"), HasSubstr("of corners"));
   EXPECT_THAT(refusal(points + "vn 0 0 1\nf 1 2 3\n", "a.obj"), HasSubstr("another number"));
+  const std::string ply =
+      "element vertex 2\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+  const std::string front = "ply\nformat ascii 1.0\n";
+  const std::string comment = "comment " + std::string(1 << 20, '-') + "\n";
+  EXPECT_THAT(refusal(front + ply + "0 0\n0\n1 1 1\n", "a.ply"), HasSubstr("in parts"));
+  EXPECT_THAT(refusal(front + comment + comment + comment + comment + ply + "0 0 0\n1 1 1\n", "a.ply"),
+              HasSubstr("in parts"));
   EXPECT_THAT(refusal("solid a\nendsolid a\n", "a.stl"), HasSubstr("text"));
   EXPECT_THAT(refusal("OFF\n0 0 0\n", "a.off"), HasSubstr("off"));
 }

@@ -11,10 +11,11 @@
 namespace maille {
 namespace {
 
-// Chosen, not swept; read_mesh() has no such bound.
+// Chosen, not swept; read_mesh(), which takes over then, has no such bound.
 constexpr uint64_t most_header = uint64_t{1} << 20;
-// How much find_faces() reads at once; it grows where a face is larger.
-constexpr uint64_t bytes_at_once = uint64_t{1} << 20;
+// How much is read at once to pass over faces. The front of a face, up to the length of its list, always
+// fits: a property takes eight bytes of it at most, and more than that of the header.
+constexpr uint64_t bytes_at_once = most_header;
 /// Where every so many faces begin is known, if they have different numbers of corners. Chosen, not swept:
 /// eight bytes for 4096 faces, and at most that many faces are passed over to find one.
 constexpr uint64_t faces_per_entry = 4096;
@@ -97,7 +98,14 @@ class PlySource final : public MeshSource {
   Result<> read_header();
   Result<> check_elements() const;
   Result<> describe(const Limits& limits);
+  /// A place among the faces that moves on from one to the next, with bytes of the file around it.
+  struct Walk {
+    uint64_t at = 0, end = 0;  ///< no face reaches beyond the end
+    std::vector<std::byte> buffer = {};
+    uint64_t buffer_at = 0;
+  };
   Result<> find_faces();
+  Result<uint64_t> pass_face(Walk& walk, uint64_t number) const;
   Result<uint64_t> bytes_of_face(Bytes bytes, uint64_t face, uint64_t at, uint64_t& degree) const;
   Result<const Mesh*> point_rows(uint64_t first, uint64_t count);
   Result<const Mesh*> face_rows(uint64_t first, uint64_t count);
@@ -123,7 +131,10 @@ class PlySource final : public MeshSource {
 Result<> PlySource::read_header() {
   std::vector<std::byte> front(std::min(source_.size(), most_header));
   MAILLE_CHECK(source_.read_at(0, front));
-  TextScanner scanner(std::string_view(reinterpret_cast<const char*>(front.data()), front.size()));
+  const std::string_view text(reinterpret_cast<const char*>(front.data()), front.size());
+  if (front.size() < source_.size() && text.find("end_header") == std::string_view::npos)
+    return not_in_parts("a header of more than 1 MiB");
+  TextScanner scanner(text);
   scanner.skip_byte_order_mark();
   header_ = MAILLE_TRY(parse_ply_header(scanner, source_.name()));
   points_at_ = scanner.position();
@@ -176,8 +187,8 @@ Result<> PlySource::describe(const Limits& limits) {
   return {};
 }
 
-/// Bytes of the face at the begin of `bytes`; 0 if more are needed. No overflow: a list has fewer than 2^32
-/// numbers of at most eight bytes, and only one list is allowed.
+/// Bytes of the face at the begin of `bytes`, which need not hold its list; 0 if they end before its length.
+/// No overflow: a list has fewer than 2^32 numbers of at most eight bytes, and only one list is allowed.
 Result<uint64_t> PlySource::bytes_of_face(Bytes bytes, uint64_t number, uint64_t at, uint64_t& degree) const {
   uint64_t offset = 0;
   for (size_t i = 0; i < face().properties.size(); ++i) {
@@ -195,43 +206,46 @@ Result<uint64_t> PlySource::bytes_of_face(Bytes bytes, uint64_t number, uint64_t
     degree = static_cast<uint64_t>(count);
     offset += size + degree * size_of(property.type);
   }
-  return offset <= bytes.size() ? offset : 0;
+  return offset;
+}
+
+/// Moves behind the face and gives its number of corners. The list is not read, however long it is.
+Result<uint64_t> PlySource::pass_face(Walk& walk, uint64_t number) const {
+  uint64_t degree = 0;
+  const size_t used = static_cast<size_t>(std::min<uint64_t>(walk.at - walk.buffer_at, walk.buffer.size()));
+  uint64_t size = MAILLE_TRY(bytes_of_face(Bytes(walk.buffer).subspan(used), number, walk.at, degree));
+  if (size == 0) {
+    walk.buffer.resize(static_cast<size_t>(std::min(bytes_at_once, walk.end - walk.at)));
+    walk.buffer_at = walk.at;
+    MAILLE_CHECK(source_.read_at(walk.at, walk.buffer));
+    size = MAILLE_TRY(bytes_of_face(walk.buffer, number, walk.at, degree));
+  }
+  if (size == 0 || size > walk.end - walk.at) {
+    return bad("the file ends inside face " + std::to_string(number) + " of " +
+               std::to_string(description_.cells));
+  }
+  walk.at += size;
+  return degree;
 }
 
 /// One pass over all faces: how many corners they have, and where they are.
 Result<> PlySource::find_faces() {
   if (description_.cells == 0) return {};
   indices_ = *find_vertex_indices(face());
-  std::vector<std::byte> buffer;
-  uint64_t at = faces_at_, wanted = bytes_at_once, degree = 0, first_degree = 0;
+  Walk walk{faces_at_, source_.size()};
+  uint64_t first_degree = 0;
   bool same = true;
-  size_t used = 0;
   for (uint64_t i = 0; i < description_.cells; ++i) {
-    uint64_t size = MAILLE_TRY(bytes_of_face(Bytes(buffer).subspan(used), i, at, degree));
-    // Each round reads more, or ends at the end of the file. A face that claims to be huge is read as far as
-    // the file goes.
-    while (size == 0) {
-      if (at + (buffer.size() - used) >= source_.size()) {
-        return bad("the file ends inside face " + std::to_string(i) + " of " +
-                   std::to_string(description_.cells));
-      }
-      if (used == 0 && !buffer.empty()) wanted *= 2;
-      buffer.resize(std::min(wanted, source_.size() - at));
-      used = 0;
-      MAILLE_CHECK(source_.read_at(at, buffer));
-      size = MAILLE_TRY(bytes_of_face(buffer, i, at, degree));
-    }
+    if (i % faces_per_entry == 0) entries_.push_back(walk.at);
+    const uint64_t degree = MAILLE_TRY(pass_face(walk, i));
     if (i == 0) {
       first_degree = degree;
-      face_bytes_ = size;
+      face_bytes_ = walk.at - faces_at_;
     }
     same = same && degree == first_degree;
-    if (i % faces_per_entry == 0) entries_.push_back(at);
     description_.corners += degree;
-    used += size;
-    at += size;
   }
-  faces_end_ = at;
+  faces_end_ = walk.at;
   if (same) entries_ = {};
   if (!same) face_bytes_ = 0;
   const CellType type = same && first_degree == 3   ? CellType::triangle
@@ -264,12 +278,9 @@ Result<uint64_t> PlySource::place_of_face(uint64_t number) {
   if (number == description_.cells) return faces_end_;
   const uint64_t entry = number / faces_per_entry;
   const uint64_t end = entry + 1 < entries_.size() ? entries_[entry + 1] : faces_end_;
-  std::vector<std::byte> bytes(end - entries_[entry]);
-  MAILLE_CHECK(source_.read_at(entries_[entry], bytes));
-  uint64_t at = 0, degree = 0;
-  for (uint64_t i = entry * faces_per_entry; i < number; ++i)
-    at += MAILLE_TRY(bytes_of_face(Bytes(bytes).subspan(at), i, entries_[entry] + at, degree));
-  return entries_[entry] + at;
+  Walk walk{entries_[entry], end};
+  for (uint64_t i = entry * faces_per_entry; i < number; ++i) MAILLE_CHECK(pass_face(walk, i));
+  return walk.at;
 }
 
 Result<std::vector<std::byte>> PlySource::bytes_of_faces(uint64_t first, uint64_t count, uint64_t& at) {

@@ -140,9 +140,52 @@ TEST(PlySource, SaysWhereAFileEnds) {
 }
 
 TEST(PlySource, LeavesOtherFilesToTheReaderOfWholeOnes) {
-  const std::string text = header("0", "ascii");
-  const auto source = source_of(text);
-  EXPECT_EQ(open_mesh_source(*source).error().code, ErrorCode::unsupported);
+  std::string long_header = triangle(2);
+  long_header.insert(long_header.find("element"), "comment " + std::string(1 << 20, '-') + "\n");
+  for (const std::string& text : {header("0", "ascii") + "0 0 0\n1 0 0\n0 1 0\n", long_header}) {
+    const auto source = source_of(text);
+    EXPECT_EQ(open_mesh_source(*source).error().code, ErrorCode::unsupported);
+    EXPECT_TRUE(read_mesh(*source, {.format = "ply", .limits = {}, .progress = {}}));
+  }
+}
+
+/// A text and zeros behind it, which notes the most that was read at once.
+class LongFile final : public Source {
+ public:
+  LongFile(std::string text, uint64_t size) : text_(std::move(text)), size_(size) {}
+  uint64_t size() const override { return size_; }
+  Result<> read_at(uint64_t offset, std::span<std::byte> out) const override {
+    most_ = std::max(most_, out.size());
+    for (std::byte& byte : out) {
+      byte = offset < text_.size() ? static_cast<std::byte>(text_[offset]) : std::byte{0};
+      ++offset;
+    }
+    return {};
+  }
+  std::string name() const override { return "long"; }
+  size_t most() const { return most_; }
+
+ private:
+  std::string text_;
+  uint64_t size_;
+  mutable size_t most_ = 0;
+};
+
+TEST(PlySource, PassesOverAHugeFaceWithoutReadingIt) {
+  std::string text = header("2");
+  text.replace(text.find("uchar"), 5, "uint");
+  for (int i = 0; i < 9; ++i) put(text, static_cast<float>(i));
+  constexpr uint32_t corners = 4'000'000'000;
+  put(text, corners);
+  // The face behind it has no corners: the rest is zeros.
+  const LongFile file(text, text.size() + 4 * uint64_t{corners} + 4);
+  const auto opened = open_mesh_source(file);
+  ASSERT_TRUE(opened) << opened.error().message;
+  EXPECT_EQ((*opened)->description().corners, corners);
+  CellPiece cells;
+  ASSERT_TRUE((*opened)->read_cells(1, 1, cells));
+  EXPECT_EQ(cells.offsets, (std::vector<uint64_t>{0, 0}));
+  EXPECT_LE(file.most(), size_t{1} << 20);
 }
 
 TEST(PlySource, SurvivesDamage) {

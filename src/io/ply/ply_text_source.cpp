@@ -17,7 +17,10 @@ class PlyTextConverter {
   Result<ConvertedSurface> run() {
     // The header must be in the first block of 4 MiB.
     LineBlocks lines(source_, 0);
-    TextScanner scanner(MAILLE_TRY(lines.read()));
+    const std::string_view front = MAILLE_TRY(lines.read());
+    if (!lines.at_end() && front.find("end_header") == std::string_view::npos)
+      return not_in_parts(source_, "a header of more than 4 MiB");
+    TextScanner scanner(front);
     scanner.skip_byte_order_mark();
     PlyHeader header = MAILLE_TRY(parse_ply_header(scanner, source_.name()));
     if (header.encoding != PlyEncoding::ascii) return not_in_parts(source_, "what is no text");
@@ -57,7 +60,10 @@ class PlyTextConverter {
   }
 
   Result<> convert_row(TextScanner& scanner, const PlyElement& element, uint64_t number, ScratchFile& to) {
-    const auto bad = [&] {
+    const auto bad = [&]() -> tl::unexpected<Error> {
+      // The reader of whole files goes on in the next line.
+      if (scanner.at_line_end() && !scanner.at_end())
+        return not_in_parts(source_, "a row over several lines");
       return malformed_line(source_.name(), scanner.line(),
                             element.name + " " + std::to_string(number) + ": " + found_at(scanner) +
                                 " stands where a number of the header belongs");
