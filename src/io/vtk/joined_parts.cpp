@@ -78,15 +78,13 @@ class PartJoiner {
     // A single part shares nothing with others; its ghosts, should it have some, are kept.
     if (first_points_.size() < 2 && whole_) return {};
     find_owned_points();
-    find_places();
     joined_.resize(mesh_.point_count());
     std::iota(joined_.begin(), joined_.end(), 0u);
     if (point_ids_ != nullptr) {
       MAILLE_CHECK(weld_by_numbers());
-    } else if (has_ghosts_) {
-      weld_by_places();
     } else {
-      tell_of_points_apart();
+      find_places();
+      has_ghosts_ ? weld_by_places() : tell_of_points_apart();
     }
     MAILLE_CHECK(choose_cells());
     if (whole_) MAILLE_CHECK(check_owners());
@@ -429,7 +427,7 @@ class PartJoiner {
   uint64_t welded_ = 0;
   std::vector<bool> ghost_;               ///< by cell
   std::vector<bool> used_, owned_;        ///< by point: by any cell; by one of its part's own
-  std::vector<Holder> by_place_;          ///< points, sorted
+  std::vector<Holder> by_place_;          ///< points, sorted; none where they have numbers
   std::vector<uint64_t> place_;           ///< by point
   std::vector<uint32_t> joined_;          ///< by point, the one that stands for it
   std::vector<uint32_t> points_, cells_;  ///< that are kept, in their new order

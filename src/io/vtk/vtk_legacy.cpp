@@ -227,16 +227,14 @@ Result<VtkLegacyReader::Cells> VtkLegacyReader::read_cells() {
   return cells;
 }
 
-/// Skips sections METADATA, which end with an empty line. Calls itself, as several may follow each other.
+/// Skips sections METADATA, which end with an empty line; several may follow each other.
 void VtkLegacyReader::skip_metadata() {
-  const TextScanner before = in_.scanner;
-  if (lower_case(in_.word()) != "metadata") {
-    in_.scanner = before;
-    return;
+  TextScanner before = in_.scanner;
+  for (; lower_case(in_.word()) == "metadata"; before = in_.scanner) {
+    in_.scanner.skip_line();
+    while (!in_.scanner.at_end() && !trim(in_.scanner.rest_of_line()).empty()) in_.scanner.skip_line_end();
   }
-  in_.scanner.skip_line();
-  while (!in_.scanner.at_end() && !trim(in_.scanner.rest_of_line()).empty()) in_.scanner.skip_line_end();
-  skip_metadata();
+  in_.scanner = before;
 }
 
 Result<> VtkLegacyReader::add_array(Array array) {
@@ -264,6 +262,7 @@ Result<> VtkLegacyReader::read_strings(const std::string& name, uint32_t compone
   in_.scanner.skip_line();
   for (uint64_t i = 0; i < count; ++i) {
     if (in_.scanner.at_end()) return in_.malformed("the file ends inside the texts of \"" + name + "\"");
+    MAILLE_CHECK(budget_.take(1, sizeof(std::string)));
     if (!binary_) {
       strings.push_back(from_word(trim(in_.scanner.rest_of_line())));
       in_.scanner.skip_line_end();
@@ -282,7 +281,6 @@ Result<> VtkLegacyReader::read_strings(const std::string& name, uint32_t compone
     strings.emplace_back(in_.scanner.here(), length);
     in_.scanner.jump(in_.scanner.here() + length);
   }
-  MAILLE_CHECK(budget_.take(count, sizeof(std::string)));
   if (domain_ != Domain::mesh) return add_array(texts_.numbers(name, domain_, components, strings));
   field_.strings.push_back({name, std::move(strings), false});
   return {};

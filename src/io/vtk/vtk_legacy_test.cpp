@@ -90,6 +90,25 @@ TENSORS t double
   EXPECT_THAT(mesh.metadata, ElementsAre(std::pair<std::string, std::string>("vtk.title", "title")));
 }
 
+TEST(VtkReader, ManySectionsOfMetadataAreSkipped) {
+  std::string text = "UNSTRUCTURED_GRID\nPOINTS 1 float\n0 0 0\n";
+  for (int i = 0; i < 1'000'000; ++i) text += "METADATA\n\n";
+  const auto result = read_text(vtk_legacy_format(), text_of(text));
+  ASSERT_TRUE(result) << result.error().message;
+  EXPECT_EQ(result->mesh.point_count(), 1u);
+}
+
+TEST(VtkReader, TextsAreHeldWithinTheLimitsOnly) {
+  std::string text = text_of("POLYDATA\nFIELD f 1\nnames 1 200000 string\n");
+  for (int i = 0; i < 100'000; ++i) text += "abc\n";
+  const auto source = memory_source(std::as_bytes(std::span(text.data(), text.size())), "x");
+  ReadOptions options;
+  options.limits.mesh_bytes = 1 << 20;
+  const auto result = vtk_legacy_format().read(*source, options);
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().code, ErrorCode::memory_bound) << result.error().message;
+}
+
 TEST(VtkReader, GridsBecomeHexahedra) {
   const auto image =
       read_text(vtk_legacy_format(), text_of("STRUCTURED_POINTS\nDIMENSIONS 3 2 2\nORIGIN 1 0 0\nSPACING .5 "

@@ -7,17 +7,42 @@
 #include "io/vtk/vtk_xml_reader.h"
 
 namespace maille {
+namespace {
+
+/// XML 1.0, 2.2: of the control characters below the blank only these three are characters.
+bool is_in_xml(char c) {
+  return static_cast<unsigned char>(c) >= ' ' || c == '\t' || c == '\n' || c == '\r';
+}
+
+}  // namespace
+
 std::string vtk_xml_escaped(std::string_view text) {
   std::string out;
   for (const char c : text) {
-    // Control characters as numbers, too: parsers turn bare ones into blanks.
-    if (c == '&' || c == '<' || c == '>' || c == '"' || (c >= 0 && c < ' ')) {
+    // Tabs and line ends as numbers, too: parsers turn bare ones into blanks.
+    if (!is_in_xml(c)) {
+      out += "\xef\xbf\xbd";
+    } else if (c == '&' || c == '<' || c == '>' || c == '"' || (c >= 0 && c < ' ')) {
       out += "&#" + std::to_string(static_cast<int>(c)) + ";";
     } else {
       out += c;
     }
   }
   return out;
+}
+
+std::optional<std::string> vtk_xml_note(std::initializer_list<std::span<const Array>> arrays,
+                                        const std::vector<std::pair<std::string, std::string>>& metadata) {
+  uint64_t changed = 0;
+  const auto look = [&](std::string_view name) {
+    changed += std::all_of(name.begin(), name.end(), is_in_xml) ? 0 : 1;
+  };
+  for (const std::span<const Array> list : arrays) {
+    for (const Array& array : list) look(array.name);
+  }
+  for (const auto& entry : metadata) look(entry.first);
+  if (changed == 0) return std::nullopt;
+  return counted(changed, "name") + " with control characters, which XML does not have: written with U+FFFD";
 }
 
 namespace {
@@ -167,6 +192,7 @@ void VtkXmlWriter::add_block_names(const std::string& mark) {
 // Everything that VTK has no better place for goes into FieldData: metadata, names of labels, arrays of the
 // mesh and of corners.
 void VtkXmlWriter::add_field_data() {
+  if (auto note = vtk_xml_note({mesh_.arrays}, mesh_.metadata)) notes.push_back(std::move(*note));
   VtkXmlSection section{"<FieldData>", "</FieldData>", {}};
   for (const auto& [key, value] : mesh_.metadata) {
     if (key == vtk_text_key) continue;

@@ -1,9 +1,12 @@
 #pragma once
 
 #include <functional>
+#include <initializer_list>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "io/buffered_writer.h"
@@ -32,8 +35,12 @@ struct VtkXmlSection {
   std::vector<VtkXmlData> arrays;
 };
 
-/// A text as the value of an attribute.
+/// A text as the value of an attribute. Control characters that XML 1.0 has no way to write are replaced by
+/// U+FFFD, as no reader of XML would take the file with them, not even as numbers.
 std::string vtk_xml_escaped(std::string_view text);
+/// Says how many of the names are changed by that, if there are any.
+std::optional<std::string> vtk_xml_note(std::initializer_list<std::span<const Array>> arrays,
+                                        const std::vector<std::pair<std::string, std::string>>& metadata);
 
 /// Integers as an array, in 32 bits where they fit: VTK reads either, and the file is half the size. Values
 /// must be below 2^63.

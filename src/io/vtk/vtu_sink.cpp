@@ -38,6 +38,10 @@ class VtuSink final : public MeshSink {
   }
   Result<> write_cells(const CellPiece& cells) override;
   Result<> commit() override;
+  std::vector<std::string> notes() const override {
+    auto note = vtk_xml_note({description_.arrays, description_.mesh_arrays}, description_.metadata);
+    return note ? std::vector<std::string>{std::move(*note)} : std::vector<std::string>();
+  }
 
  private:
   Region add(const std::string& tag, uint64_t size);

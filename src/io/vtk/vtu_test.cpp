@@ -57,6 +57,23 @@ TEST(VtuReader, ReadsPolyhedraFromFaceStreams) {
   expect_same_mesh(result->mesh, polyhedra());
 }
 
+TEST(VtuWriter, ReplacesControlCharactersThatXmlDoesNotHave) {
+  Mesh mesh = sample_mesh();
+  mesh.arrays.clear();
+  mesh.arrays.push_back(make_array(std::string("a\x01\0b\tc", 6), Domain::point, Scalar::f32, 1));
+  mesh.arrays[0].resize(mesh.point_count());
+  const Written written = write_text(vtu_format(), mesh);
+  EXPECT_EQ(written.text.find("&#1;"), std::string::npos);
+  EXPECT_EQ(written.text.find("&#0;"), std::string::npos);
+  EXPECT_TRUE(has_note(written.notes, "1 name with control characters"));
+  const auto back = read_text(vtu_format(), written.text);
+  ASSERT_TRUE(back) << back.error().message;
+  EXPECT_NE(back->mesh.find("a\xef\xbf\xbd\xef\xbf\xbd"
+                            "b\tc",
+                            Domain::point),
+            nullptr);
+}
+
 std::string file_with_faces(const std::string& faces, const std::string& points = "0 1 2 0 3 1") {
   return R"(<VTKFile type="UnstructuredGrid" version="2.3" byte_order="LittleEndian"><UnstructuredGrid>
 <Piece NumberOfPoints="4" NumberOfCells="2"><Points><DataArray type="Float32" NumberOfComponents="3" format="ascii">
