@@ -337,7 +337,10 @@ Result<> ExodusReader::read_numbers(const char* variable, const char* name, Doma
     in_order = in_order && numbers[i] == static_cast<int64_t>(i) + 1;
   if (in_order) return {};
   Array array = make_array(name, domain, Scalar::i64, 1);
-  array.resize(domain == Domain::point ? points_ : cells_.count());
+  // Faces of side sets are cells, too, so there may be many more of these than numbers.
+  const uint64_t all = domain == Domain::point ? points_ : cells_.count();
+  MAILLE_CHECK(budget_.take(all, array.tuple_size()));
+  array.resize(all);
   std::copy(numbers.begin(), numbers.end(), array.values<int64_t>().begin());
   mesh_.arrays.push_back(std::move(array));
   return {};
