@@ -1,5 +1,6 @@
 #include "support/cases.h"
 #include "support/codec.h"
+#include "support/data.h"
 #include "support/random.h"
 #include "support/random_mesh.h"
 #include "support/shapes.h"
@@ -169,7 +170,7 @@ std::string content_of(const std::filesystem::path& path) {
 /// x.maille.error.
 TEST(Damage, HostileFilesAreNamedInOneSentence) {
   unsigned files = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(MAILLE_TESTS_DIR "/corrupt/maille")) {
+  for (const auto& entry : std::filesystem::directory_iterator(tests_folder() + "/corrupt/maille")) {
     const std::string path = entry.path().string();
     if (!std::filesystem::exists(path + ".error")) continue;
     const std::string bytes = content_of(path);

@@ -14,6 +14,7 @@
 #include "entropy/byte_model.h"
 #include "entropy/integer_model.h"
 #include "entropy/rans.h"
+#include "support/data.h"
 #include "support/format_document.h"
 #include "surface/half_edges.h"
 
@@ -286,7 +287,7 @@ TEST(FormatDocument, ListsTheCellTypes) {
 
 TEST(GoldenFiles, OfTheContainerAreRead) {
   const auto golden = [](const std::string& name) {
-    return bytes_of(read_file(MAILLE_TESTS_DIR "/golden/container/" + name));
+    return bytes_of(read_file(tests_folder() + "/golden/container/" + name));
   };
   const std::vector<TestStream> small = {{{"MESH"}, bytes_of("description")},
                                          {{"CONN"}, bytes_of("triangles")},
@@ -304,7 +305,7 @@ TEST(GoldenFiles, OfTheContainerAreRead) {
 }
 
 TEST(GoldenFiles, WithAnIndexShowEveryBitFlipOrKeepTheirStreams) {
-  std::vector<std::byte> file = bytes_of(read_file(MAILLE_TESTS_DIR "/golden/container/indexed.maille"));
+  std::vector<std::byte> file = bytes_of(read_file(tests_folder() + "/golden/container/indexed.maille"));
   const std::vector<TestStream> streams = {{{"MESH"}, bytes_of("description")},
                                            {{"POSN", UINT32_MAX, 128}, bytes_of("first half, second half")}};
   size_t unharmed = 0;

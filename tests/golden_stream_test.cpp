@@ -15,6 +15,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "support/data.h"
 #include "support/temporary_folder.h"
 
 namespace maille::testing {
@@ -214,7 +215,7 @@ std::vector<GoldenFile> goldens() {
   return all;
 }
 
-const std::filesystem::path folder = MAILLE_TESTS_DIR "/golden/stream";
+const std::filesystem::path folder = tests_folder() + "/golden/stream";
 
 std::vector<std::byte> read(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);

@@ -12,6 +12,7 @@
 // decoded.
 #include "base/hash.h"
 #include "support/codec.h"
+#include "support/data.h"
 #include "support/random_mesh.h"
 #include "support/shapes.h"
 
@@ -315,7 +316,7 @@ std::vector<GoldenFile> goldens() {
   return all;
 }
 
-const std::filesystem::path folder = MAILLE_TESTS_DIR "/golden/single";
+const std::filesystem::path folder = tests_folder() + "/golden/single";
 
 std::vector<std::byte> read(const std::string& name) {
   std::ifstream file(folder / name, std::ios::binary);

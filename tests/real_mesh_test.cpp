@@ -33,7 +33,7 @@ class RealMeshes : public ::testing::TestWithParam<size_t> {
 
   void SetUp() override {
     const std::vector<std::string> all = surface_files();
-    if (all.empty()) GTEST_SKIP() << "no real meshes in " << MAILLE_DATA_DIR << "; scripts/data fetches some";
+    if (all.empty()) GTEST_SKIP() << "no real meshes in build/data; scripts/data fetches some";
     for (size_t i = GetParam(); i < all.size(); i += shards) files_.push_back(all[i]);
   }
 

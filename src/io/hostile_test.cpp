@@ -9,6 +9,7 @@
 
 #include "io/same_mesh.h"
 #include "support/cases.h"
+#include "support/data.h"
 #include "support/random.h"
 #include "support/random_mesh.h"
 #include "support/random_volume.h"
@@ -26,7 +27,7 @@ std::string content_of(const std::filesystem::path& path) {
 /// Every file beside its sentence: x.ply and x.ply.error.
 TEST(CorruptFiles, AreNamedInOneSentence) {
   unsigned files = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(MAILLE_TESTS_DIR "/corrupt/io")) {
+  for (const auto& entry : std::filesystem::directory_iterator(tests_folder() + "/corrupt/io")) {
     const std::string path = entry.path().string();
     if (!std::filesystem::exists(path + ".error")) continue;
     const std::string text = content_of(path);

@@ -12,6 +12,7 @@
 
 #include "random/random_layout.h"
 #include "support/codec.h"
+#include "support/data.h"
 #include "support/format_document.h"
 #include "support/random_file.h"
 #include "support/shapes.h"
@@ -68,7 +69,7 @@ std::vector<GoldenFile> goldens() {
 }
 
 std::string path_of(const std::string& name) {
-  return MAILLE_TESTS_DIR "/golden/random/" + name + ".maille";
+  return tests_folder() + "/golden/random/" + name + ".maille";
 }
 
 bool is_update() {
@@ -81,7 +82,7 @@ TEST(RandomGolden, FilesAreReadAndWritten) {
     const RandomFile written = random_file(golden.mesh, golden.options, 48);
     ASSERT_EQ(written.error, "") << golden.name;
     if (is_update()) {
-      std::filesystem::create_directories(MAILLE_TESTS_DIR "/golden/random");
+      std::filesystem::create_directories(tests_folder() + "/golden/random");
       std::ofstream(path_of(golden.name), std::ios::binary)
           .write(reinterpret_cast<const char*>(written.bytes.data()),
                  static_cast<std::streamsize>(written.bytes.size()));

@@ -10,6 +10,7 @@
 #include "random/chart_index.h"
 #include "random/random_file.h"
 #include "random/random_layout.h"
+#include "support/data.h"
 #include "support/random.h"
 #include "support/random_streams.h"
 
@@ -55,7 +56,7 @@ void expect_refused(const std::string& name, const std::vector<std::byte>& bytes
   const auto decoded = decode(*source, options);
   ASSERT_FALSE(decoded);
   EXPECT_EQ(decoded.error().code, code) << decoded.error().message;
-  const std::string path = MAILLE_TESTS_DIR "/corrupt/maille/" + name + ".maille";
+  const std::string path = tests_folder() + "/corrupt/maille/" + name + ".maille";
   const char* update = std::getenv("UPDATE");
   if (update != nullptr && std::string(update) == "1") {
     std::ofstream(path, std::ios::binary)

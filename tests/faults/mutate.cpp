@@ -18,6 +18,7 @@
 #include "faults/entry_points.h"
 #include "faults/mutations.h"
 #include "support/codec.h"
+#include "support/data.h"
 #include "support/random_mesh.h"
 #include "support/random_volume.h"
 #include "support/sample_mesh.h"
@@ -117,7 +118,7 @@ std::vector<std::byte> content(const std::filesystem::path& path) {
 std::vector<Seed> maille_seeds() {
   std::vector<Seed> seeds;
   for (const char* folder : {"single", "stream", "random"}) {
-    const std::filesystem::path place = std::filesystem::path(MAILLE_TESTS_DIR) / "golden" / folder;
+    const std::filesystem::path place = std::filesystem::path(tests_folder()) / "golden" / folder;
     std::vector<std::filesystem::path> paths;
     for (const auto& entry : std::filesystem::directory_iterator(place)) paths.push_back(entry.path());
     std::sort(paths.begin(), paths.end());
@@ -227,7 +228,7 @@ void damage_foreign(uint64_t count, uint64_t first, Counts& counts) {
 /// What was found before: tests/corrupt.
 void ask_known(Counts& counts) {
   for (const char* folder : {"maille", "pieces"}) {
-    const std::filesystem::path place = std::filesystem::path(MAILLE_TESTS_DIR) / "corrupt" / folder;
+    const std::filesystem::path place = std::filesystem::path(tests_folder()) / "corrupt" / folder;
     for (const auto& entry : std::filesystem::directory_iterator(place)) {
       if (entry.path().extension() != ".maille") continue;
       const std::vector<std::byte> file = content(entry.path());

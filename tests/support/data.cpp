@@ -5,6 +5,10 @@
 
 namespace maille::testing {
 
+std::string tests_folder() {
+  return MAILLE_TESTS_DIR;
+}
+
 std::string data_folder() {
   return std::filesystem::exists(MAILLE_DATA_DIR "/tri") ? MAILLE_DATA_DIR : "";
 }

@@ -1,4 +1,5 @@
 #include "support/format_document.h"
+#include "support/data.h"
 
 #include <fstream>
 #include <iterator>
@@ -7,7 +8,7 @@
 namespace maille::testing {
 
 std::string document(const std::string& name) {
-  std::ifstream file(MAILLE_TESTS_DIR "/../docs/" + name);
+  std::ifstream file(tests_folder() + "/../docs/" + name);
   return {std::istreambuf_iterator<char>(file), {}};
 }
 

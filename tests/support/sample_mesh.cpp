@@ -1,4 +1,5 @@
 #include "support/sample_mesh.h"
+#include "support/data.h"
 
 namespace maille::testing {
 namespace {
@@ -64,7 +65,7 @@ Mesh sample_mesh_by_type() {
 }
 
 std::string sample_path(const std::string& name) {
-  return std::string(MAILLE_TESTS_DIR "/formats/") + name;
+  return tests_folder() + "/formats/" + name;
 }
 
 }  // namespace maille::testing

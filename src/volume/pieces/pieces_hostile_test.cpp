@@ -9,6 +9,7 @@
 
 #include "container/file_reader.h"
 #include "container/file_writer.h"
+#include "support/data.h"
 #include "support/temporary_folder.h"
 #include "volume/pieces/piece_layout.h"
 #include "volume/stream/mesh_from_parts.h"
@@ -82,7 +83,7 @@ Result<> decoded_into_parts(const Source& source) {
   return {};
 }
 
-const std::string folder = MAILLE_TESTS_DIR "/corrupt/pieces/";
+const std::string folder = tests_folder() + "/corrupt/pieces/";
 
 void expect_found(const std::string& name, const std::vector<std::byte>& bytes) {
   const auto found = decoded_into_parts(*memory_source(Bytes(bytes), name + ".maille"));
