@@ -2,6 +2,7 @@
 #include <maille/source.h>
 #include <sys/file.h>
 
+#include "base/descriptor_output.h"
 #include "base/posix.h"
 #include "base/result.h"
 
@@ -14,7 +15,7 @@ namespace {
 class AppendSink final : public Sink {
  public:
   AppendSink(Descriptor file, off_t end, std::string name)
-      : file_(std::move(file)), end_(end), name_(std::move(name)) {}
+      : file_(std::move(file)), end_(end), output_(file_.get(), std::move(name)) {}
   AppendSink(const AppendSink&) = delete;
   AppendSink& operator=(const AppendSink&) = delete;
   /// What was written of a tail that failed is cut off again, or `verify` would find the file damaged. Where
@@ -24,39 +25,20 @@ class AppendSink final : public Sink {
       const int ignored = ::ftruncate(file_.get(), end_);
   }
 
-  Result<> write(Bytes bytes) override {
-    buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
-    return buffer_.size() < buffer_bytes ? Result<>{} : flush();
-  }
+  Result<> write(Bytes bytes) override { return output_.write(bytes); }
   Result<> commit() override {
-    MAILLE_CHECK(flush());
-    if (::fsync(file_.get()) != 0) return cannot_write(name_);
+    MAILLE_CHECK(output_.flush());
+    if (::fsync(file_.get()) != 0) return cannot_write(output_.name());
     committed_ = true;
     return {};
   }
-  std::string name() const override { return name_; }
+  std::string name() const override { return output_.name(); }
 
  private:
-  static constexpr size_t buffer_bytes = size_t{64} << 10;
-
-  Result<> flush() {
-    Bytes left = buffer_;
-    while (!left.empty()) {
-      const ssize_t written = ::write(file_.get(), left.data(), left.size());
-      if (written >= 0)
-        left = left.subspan(static_cast<size_t>(written));
-      else if (errno != EINTR)
-        return cannot_write(name_);
-    }
-    buffer_.clear();
-    return {};
-  }
-
   Descriptor file_;
   off_t end_;
-  std::string name_;
+  DescriptorOutput output_;
   bool committed_ = false;
-  std::vector<std::byte> buffer_;
 };
 
 }  // namespace

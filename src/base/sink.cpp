@@ -2,61 +2,13 @@
 #include <maille/source.h>
 #include <sys/stat.h>
 
+#include "base/descriptor_output.h"
 #include "base/pending_file.h"
 #include "base/posix.h"
 #include "base/result.h"
 
 namespace maille {
 namespace {
-
-// ---- writing to a descriptor ----------------------------------------------------------------------------
-
-/// Collects small writes; hands large ones through. Remembers its first failure, so that a caller who
-/// overlooks it cannot commit half a file.
-class BufferedOutput {
- public:
-  BufferedOutput(int fd, std::string name) : fd_(fd), name_(std::move(name)) {}
-
-  Result<> write(Bytes bytes) {
-    if (failed_ == 0 && buffer_.size() + bytes.size() < buffer_bytes) {
-      buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
-      return {};
-    }
-    MAILLE_CHECK(flush());
-    return write_now(bytes);
-  }
-
-  Result<> flush() {
-    MAILLE_CHECK(write_now(buffer_));
-    buffer_.clear();
-    return {};
-  }
-
-  const std::string& name() const { return name_; }
-
- private:
-  static constexpr size_t buffer_bytes = size_t{64} << 10;
-
-  Result<> write_now(Bytes bytes) {
-    while (failed_ == 0 && !bytes.empty()) {
-      const ssize_t written = ::write(fd_, bytes.data(), bytes.size());
-      if (written >= 0) {
-        bytes = bytes.subspan(static_cast<size_t>(written));
-      } else if (errno != EINTR) {
-        failed_ = errno;
-      }
-    }
-    if (failed_ == 0) return {};
-    // Later calls of the system may have set errno; the first failure is the one to report.
-    errno = failed_;
-    return cannot_write(name_);
-  }
-
-  int fd_;
-  std::string name_;
-  std::vector<std::byte> buffer_;
-  int failed_ = 0;
-};
 
 class MemorySink final : public Sink {
  public:
@@ -83,7 +35,7 @@ class DirectSink final : public Sink {
 
  private:
   Descriptor owned_;
-  BufferedOutput output_;
+  DescriptorOutput output_;
 };
 
 // ---- files that appear whole or not at all --------------------------------------------------------------
@@ -102,7 +54,7 @@ class FileSink final : public Sink {
 
  private:
   std::unique_ptr<PendingFile> file_;
-  BufferedOutput output_;
+  DescriptorOutput output_;
 };
 
 /// Opens what exists and is no regular file, hence without O_CREAT and O_TRUNC.

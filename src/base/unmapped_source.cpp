@@ -5,6 +5,7 @@
 #include "base/opened_file.h"
 #include "base/result.h"
 #include "base/scratch_file.h"
+#include "base/source_range.h"
 
 namespace maille {
 namespace {
@@ -15,9 +16,7 @@ class SpooledSource final : public Source {
   SpooledSource(ScratchFile file, std::string name) : file_(std::move(file)), name_(std::move(name)) {}
   uint64_t size() const override { return file_.size(); }
   Result<> read_at(uint64_t offset, std::span<std::byte> out) const override {
-    if (offset > file_.size() || out.size() > file_.size() - offset)
-      return failure(ErrorCode::cannot_read,
-                     name_ + " ends before byte " + std::to_string(offset + out.size()));
+    MAILLE_CHECK(check_range(*this, offset, out.size()));
     return file_.read_at(offset, out);
   }
   std::string name() const override { return name_; }
