@@ -93,6 +93,9 @@ Result<> MeshWindows::lay_out() {
   if (mesh.blocks.size() > 1) return refused("out of memory, mode \"random\" takes one block of faces");
   if (mesh.points >= max_points || mesh.cells >= max_points)
     return refused("more than 2^32 - 2 points or faces are too many for mode \"random\"");
+  // Windows are cut by a sample of points, which would be empty.
+  if (mesh.points == 0 && mesh.cells != 0)
+    return failure(ErrorCode::malformed_input, "the mesh has faces but no points");
   if (!mesh.blocks.empty()) {
     layout_.type = mesh.blocks[0].type;
     layout_.degree = nodes_of(layout_.type);

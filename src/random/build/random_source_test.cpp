@@ -223,6 +223,10 @@ TEST(RandomSource, SaysWhatItCannotDo) {
   SourceBuilding little = small_windows(100);
   little.space.memory = 1 << 20;
   EXPECT_NE(file_in_parts(mesh, little).error.find("--memory"), std::string::npos);
+  // Windows are cut by a sample of points, so this was a crash.
+  Mesh pointless = mesh;
+  pointless.points.resize(0);
+  EXPECT_NE(file_in_parts(pointless, small_windows(100)).error.find("no points"), std::string::npos);
 }
 
 TEST(RandomSource, StopsWhenItIsTold) {
