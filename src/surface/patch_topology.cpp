@@ -52,8 +52,10 @@ bool in_surface(const CellBlock& block, uint64_t cell) {
 }  // namespace
 
 Result<> check_patch_size(const Mesh& mesh) {
-  if (mesh.corner_count() < most_patch_corners) return {};
-  return failure(ErrorCode::unsupported, "a mesh of more than 2^29 corners does not fit one patch; split it");
+  // The coder of fronts marks points by their highest bit, also those that no cell uses.
+  if (mesh.corner_count() < most_patch_corners && mesh.point_count() < most_patch_points) return {};
+  return failure(ErrorCode::unsupported,
+                 "a mesh of 2^29 corners or 2^31 points, or more, does not fit one patch; split it");
 }
 
 CellTable table_cells(const Mesh& mesh) {

@@ -58,6 +58,7 @@ struct EncodedTopology {
 /// One patch has fewer corners: border triangles can add three half-edges to each, and half-edges have 31
 /// bits.
 inline constexpr uint64_t most_patch_corners = uint64_t{1} << 29;
+inline constexpr uint64_t most_patch_points = uint64_t{1} << 31;
 /// Error: unsupported, for a mesh that is too large for one patch.
 Result<> check_patch_size(const Mesh& mesh);
 

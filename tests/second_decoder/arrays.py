@@ -28,11 +28,13 @@ class Corners:
         self.across, waiting = [None] * at, {}
         for c in range(at):
             a, b = self.point[c], self.point[self.next[c]]
-            if waiting.get((b, a)):
-                o = waiting[b, a].pop()
-                self.across[c], self.across[o] = o, c
+            there = waiting.setdefault(b, [])
+            o = next((o for o in there[:-65:-1] if self.point[self.next[o]] == a), None)
+            if o is None:
+                waiting.setdefault(a, []).append(c)
             else:
-                waiting.setdefault((a, b), []).append(c)
+                there.remove(o)
+                self.across[c], self.across[o] = o, c
 
     def size(self, c):
         return len(self.faces[self.face[c]])

@@ -396,6 +396,8 @@ std::optional<ArrayCoding> read_coding(ByteReader& in, const PatchElements& elem
       return std::nullopt;
     }
     coding.normal = NormalCoding::from(weight, how);
+    // Codes on the octahedron are predicted by a direction, which only vectors of length 1 always have.
+    if ((flags & 4) != 0 && !coding.normal->unit) return std::nullopt;
     return coding;
   }
   if (kind == facet_coding) {
