@@ -253,11 +253,28 @@ bool pays(const Array& array, const Bounds& bounds, const Tolerance& tolerance, 
   return farthest < largest / 4;
 }
 
-/// Number of tuples of codes in the box of all tuples: what maps are compared by. (A product, since log2 is
-/// not the same everywhere.) `exceptions`, ascending, are not counted. From 20 components with codes of 53
-/// bits on it may be infinite, and no map is better than another.
-double code_volume(const Array& array, const std::vector<NumberMap>& maps,
-                   const std::vector<uint64_t>& exceptions, Executor& executor) {
+/// A product of positive numbers that may be larger than a double can hold. (Sums of logarithms would do, but
+/// log2 is not the same everywhere.)
+class Product {
+ public:
+  void multiply(double factor) {
+    int exponent = 0;
+    fraction_ = std::frexp(fraction_ * factor, &exponent);
+    exponent_ += exponent;
+  }
+  bool operator>(const Product& other) const {
+    return exponent_ != other.exponent_ ? exponent_ > other.exponent_ : fraction_ > other.fraction_;
+  }
+
+ private:
+  double fraction_ = 0.5;  ///< from 0.5 to below 1
+  int64_t exponent_ = 1;
+};
+
+/// Number of tuples of codes in the box of all tuples: what maps are compared by. `exceptions`, ascending,
+/// are not counted.
+Product code_volume(const Array& array, const std::vector<NumberMap>& maps,
+                    const std::vector<uint64_t>& exceptions, Executor& executor) {
   std::vector<Range> ranges(array.components);
   executor.parallel_for(array.components, [&](size_t k) {
     for (size_t i = k; i < array.count() * array.components; i += array.components) {
@@ -265,15 +282,15 @@ double code_volume(const Array& array, const std::vector<NumberMap>& maps,
       ranges[k].add(maps[k].code_of(array.type, array.bytes.data() + i * size_of(array.type)));
     }
   });
-  double volume = 1;
-  for (const Range& range : ranges) volume *= range.width() + 1;
+  Product volume;
+  for (const Range& range : ranges) volume.multiply(range.width() + 1);
   return volume;
 }
 
 /// What the code_volume() of lossless maps is not below, as they have a code for each number there is. Found
 /// in a moment, while choosing these maps takes long (ef6ac70). Numbers are counted by their hashes, which
 /// can only make fewer of them, up to 2^18: a set of bits of 32 KiB, as large as a processor's first cache.
-double least_lossless_volume(const Array& array, Executor& executor) {
+Product least_lossless_volume(const Array& array, Executor& executor) {
   constexpr unsigned hash_bits = 18;
   std::vector<uint32_t> different(array.components);
   executor.parallel_for(array.components, [&](size_t k) {
@@ -286,8 +303,8 @@ double least_lossless_volume(const Array& array, Executor& executor) {
       hash = true;
     }
   });
-  double volume = 1;
-  for (const uint32_t numbers : different) volume *= std::max(numbers, 1u);
+  Product volume;
+  for (const uint32_t numbers : different) volume.multiply(std::max(numbers, 1u));
   return volume;
 }
 
@@ -378,7 +395,7 @@ ArrayMaps lossless_maps(const Array& array, Executor& executor) {
 
 /// Do the codes of the numbers as they are take fewer bits? Then an error would buy nothing.
 bool lossless_is_smaller(const Array& array, const ArrayMaps& maps, Executor& executor) {
-  const double volume = code_volume(array, maps.maps, maps.exceptions, executor);
+  const Product volume = code_volume(array, maps.maps, maps.exceptions, executor);
   return volume > least_lossless_volume(array, executor) &&
          volume > code_volume(array, lossless_maps(array, executor).maps, maps.exceptions, executor);
 }
