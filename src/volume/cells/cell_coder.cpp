@@ -50,7 +50,7 @@ bool CellCoder<Coder>::code(Coder& topology, Coder& numbers, StreamedCell& cell,
   create_corners(numbers, cell, out);
   if (!plain && cell_.shape().nodes > cell_.shape().corners) code_extra_nodes(topology, numbers, cell, out);
   if (damaged_) return false;
-  enter(cell, out);
+  enter(out);
   if (fast) {
     // The pattern says which points end. A decoder learns it here, an encoder checked it in fits().
     if constexpr (!encoding) cell.final = patterns_[pattern_].final;
@@ -71,7 +71,7 @@ bool CellCoder<Coder>::code(Coder& topology, Coder& numbers, StreamedCell& cell,
   entered.signature = signature_;
   if (faces_ && cell_.shape().dimension == 3) faces_->close_under(*this, last_.slot);
   last_signature_ = signature_;
-  if (!fast) follow_group(cell);
+  if (!fast) follow_group();
   remove_final(cell, out);
   return true;
 }
@@ -257,7 +257,7 @@ void CellCoder<Coder>::points_behind(NewPoint& point, unsigned corner) const {
 /// The cell comes into memory: faces that it is glued to close, it is linked as the successor of the last
 /// cell, and the successors of its neighbours become the sources of the next one.
 template <class Coder>
-void CellCoder<Coder>::enter(const StreamedCell&, CodedCells& out) {
+void CellCoder<Coder>::enter(CodedCells& out) {
   const CellShape& shape = cell_.shape();
   out.kinds.push_back(static_cast<uint8_t>(cell_.kind));
   out.begin.push_back(static_cast<uint32_t>(out.nodes.size()));
@@ -361,7 +361,7 @@ template bool CellCoder<RangeEncoder>::code_without_shape(RangeEncoder&, RangeEn
                                                           CodedCells&);
 template void CellCoder<RangeEncoder>::find_sources();
 template void CellCoder<RangeEncoder>::create_corners(RangeEncoder&, StreamedCell&, CodedCells&);
-template void CellCoder<RangeEncoder>::enter(const StreamedCell&, CodedCells&);
+template void CellCoder<RangeEncoder>::enter(CodedCells&);
 template void CellCoder<RangeEncoder>::remove_final(const StreamedCell&, CodedCells&);
 template uint32_t CellCoder<RangeEncoder>::create_point(RangeEncoder&, uint64_t, bool, uint64_t, unsigned,
                                                         unsigned);
@@ -371,7 +371,7 @@ template bool CellCoder<RangeDecoder>::code_without_shape(RangeDecoder&, RangeDe
                                                           CodedCells&);
 template void CellCoder<RangeDecoder>::find_sources();
 template void CellCoder<RangeDecoder>::create_corners(RangeDecoder&, StreamedCell&, CodedCells&);
-template void CellCoder<RangeDecoder>::enter(const StreamedCell&, CodedCells&);
+template void CellCoder<RangeDecoder>::enter(CodedCells&);
 template void CellCoder<RangeDecoder>::remove_final(const StreamedCell&, CodedCells&);
 template uint32_t CellCoder<RangeDecoder>::create_point(RangeDecoder&, uint64_t, bool, uint64_t, unsigned,
                                                         unsigned);

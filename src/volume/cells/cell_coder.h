@@ -266,10 +266,10 @@ class CellCoder {
   void points_behind(NewPoint& point, unsigned corner) const;
   void code_extra_nodes(Coder& coder, Coder& numbers, StreamedCell& cell, CodedCells& out);
   uint32_t extra_node_on(unsigned node) const;
-  void enter(const StreamedCell& cell, CodedCells& out);
+  void enter(CodedCells& out);
   void code_finals(Coder& coder, StreamedCell& cell, bool corners_too);
   void remove_final(const StreamedCell& cell, CodedCells& out);
-  void follow_group(const StreamedCell& cell);
+  void follow_group();
   bool code_without_shape(Coder& topology, Coder& numbers, StreamedCell& cell, CodedCells& out);
   bool code_end(Coder& coder, StreamedCell& cell, CodedCells& out);
   bool code_isolated(Coder& numbers, StreamedCell& cell, CodedCells& out);

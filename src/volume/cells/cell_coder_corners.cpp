@@ -319,7 +319,7 @@ void CellCoder<Coder>::code_finals(Coder& coder, StreamedCell& cell, bool corner
 /// The group follows cells that come around point after point, as many generators write them. It stays as
 /// long as the cell has its point.
 template <class Coder>
-void CellCoder<Coder>::follow_group(const StreamedCell& cell) {
+void CellCoder<Coder>::follow_group() {
   uint64_t least = ~uint64_t{0};
   bool next = false;
   for (unsigned i = 0; i < cell_.shape().corners; ++i) {
@@ -328,7 +328,6 @@ void CellCoder<Coder>::follow_group(const StreamedCell& cell) {
     next = next || number == group_ + 1;
     least = std::min(least, number);
   }
-  static_cast<void>(cell);
   group_ = next ? group_ + 1 : least;
 }
 
@@ -392,7 +391,7 @@ template uint32_t CellCoder<RangeEncoder>::code_old_point(RangeEncoder&, uint32_
 template void CellCoder<RangeEncoder>::code_extra_nodes(RangeEncoder&, RangeEncoder&, StreamedCell&,
                                                         CodedCells&);
 template void CellCoder<RangeEncoder>::code_finals(RangeEncoder&, StreamedCell&, bool);
-template void CellCoder<RangeEncoder>::follow_group(const StreamedCell&);
+template void CellCoder<RangeEncoder>::follow_group();
 template bool CellCoder<RangeEncoder>::code_loose(RangeEncoder&, RangeEncoder&, StreamedCell&, CodedCells&);
 template void CellCoder<RangeDecoder>::code_corners(RangeDecoder&);
 template void CellCoder<RangeDecoder>::fill_table();
@@ -401,7 +400,7 @@ template uint32_t CellCoder<RangeDecoder>::code_old_point(RangeDecoder&, uint32_
 template void CellCoder<RangeDecoder>::code_extra_nodes(RangeDecoder&, RangeDecoder&, StreamedCell&,
                                                         CodedCells&);
 template void CellCoder<RangeDecoder>::code_finals(RangeDecoder&, StreamedCell&, bool);
-template void CellCoder<RangeDecoder>::follow_group(const StreamedCell&);
+template void CellCoder<RangeDecoder>::follow_group();
 template bool CellCoder<RangeDecoder>::code_loose(RangeDecoder&, RangeDecoder&, StreamedCell&, CodedCells&);
 
 }  // namespace maille

@@ -88,7 +88,7 @@ bool CellCoder<Coder>::code_by_gates(Coder& topology, Coder& numbers, StreamedCe
   if (cell_.shape().nodes > cell_.shape().corners) code_extra_nodes(topology, numbers, cell, out);
   if (damaged_) return false;
   const unsigned gates = gated ? code_borders(topology) : 0;
-  enter(cell, out);
+  enter(out);
   gates_->enter(hull_, last_.slot, cell_.glue, gated ? cell_.glued : 0, gates);
   // The field for patterns has another use in these streams: the face by which the cell came, from which the
   // turn of the next cell is expected.
@@ -99,7 +99,7 @@ bool CellCoder<Coder>::code_by_gates(Coder& topology, Coder& numbers, StreamedCe
     code_ends_at_gates(topology, cell);
   } else {
     code_finals(topology, cell, true);
-    follow_group(cell);
+    follow_group();
   }
   if (faces_ && cell_.shape().dimension == 3) faces_->close_under(*this, last_.slot);
   remove_final(cell, out);

@@ -172,6 +172,23 @@ TEST(VolumeFile, ConditionsGiveTheCellsWithSuchValuesAndSkipPiecesThatHaveNone) 
   expect_cells(mesh, both, opened.file->extract(query));
 }
 
+TEST(VolumeFile, AConditionOnTheLengthOfManyComponentsFindsCellsInAllPieces) {
+  // More than 16 components share one range in the index, which is that of numbers, not of lengths.
+  Mesh mesh = field_on_grid(12, 9, 10);
+  Array many = make_array("many", Domain::point, Scalar::f32, 20);
+  many.resize(mesh.point_count());
+  std::fill_n(many.values<float>().begin(), 20 * mesh.point_count(), 1.0f);
+  mesh.arrays.push_back(std::move(many));
+  const Opened opened(encoded(mesh, in_pieces(100, Order::keep)));
+  VolumeQuery query;
+  query.conditions.push_back({"many", 4.4, 4.5, {}});  // the square root of 20
+  const auto found = opened.file->extract(query);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->mesh.cell_count(), mesh.cell_count());
+  query.conditions[0] = {"many", 4.5, 5, {}};
+  EXPECT_EQ(opened.file->select(query)->size(), 0u);
+}
+
 TEST(VolumeFile, APlaneGivesTheCellsItPasses) {
   const Mesh mesh = field_on_grid(12, 9, 10);
   const Opened opened(encoded(mesh, in_pieces(100, Order::keep)));

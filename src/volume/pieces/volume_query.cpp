@@ -17,24 +17,25 @@ bool overlap(const ValueCondition& wanted, double low, double high) {
 
 /// Whether values that a field may have in a piece are wanted: those of a component, or of the length of its
 /// tuples. Of a length the bounds follow from those of the components: the nearest and the farthest point of
-/// their box.
-bool may_have(const PieceField& field, const ValueCondition& wanted) {
-  const size_t count = field.components.size();
-  if (wanted.component || count == 1) {
-    const PieceField::Component& range = field.components[count == 1 ? 0 : *wanted.component];
+/// their box. Many components share one range.
+bool may_have(const PieceField& field, uint32_t components, const ValueCondition& wanted) {
+  const bool shared = field.components.size() == 1;
+  if (wanted.component || components == 1) {
+    const PieceField::Component& range = field.components[shared ? 0 : *wanted.component];
     return range.low <= range.high &&
            overlap(wanted, static_cast<double>(range.low), static_cast<double>(range.high));
   }
   double least = 0, most = 0;
-  for (const PieceField::Component& range : field.components) {
+  for (uint32_t k = 0; k < components; ++k) {
+    const PieceField::Component& range = field.components[shared ? 0 : k];
     const auto low = static_cast<double>(range.low), high = static_cast<double>(range.high);
     if (low > high) return false;
     const double near = low > 0 ? low : high < 0 ? -high : 0, far = std::max(std::abs(low), std::abs(high));
     least += near * near;
     most += far * far;
   }
-  // Squares and roots are rounded: a relative slack of 1e-12 is far above that (16 components, half a unit of
-  // 2^-53 each), and too little to matter.
+  // Squares and roots are rounded: a relative slack of 1e-12 is far above that (half a unit of 2^-53 for each
+  // component), and too little to matter.
   return overlap(wanted, std::sqrt(least) * (1 - 1e-12), std::sqrt(most) * (1 + 1e-12));
 }
 
@@ -114,7 +115,7 @@ Result<CheckedQuery> CheckedQuery::check(const VolumeQuery& query, const PieceRe
                                            std::to_string(found->components) +
                                            " components, numbered from 0");
     }
-    checked.conditions_.push_back({static_cast<size_t>(found - arrays.begin()), wanted});
+    checked.conditions_.push_back({static_cast<size_t>(found - arrays.begin()), found->components, wanted});
   }
   return checked;
 }
@@ -132,7 +133,7 @@ bool CheckedQuery::may_have(const PieceRecord& piece) const {
     return false;
   return piece.cells > 0 &&
          std::all_of(conditions_.begin(), conditions_.end(), [&](const Condition& condition) {
-           return maille::may_have(piece.fields[condition.array], condition.wanted);
+           return maille::may_have(piece.fields[condition.array], condition.components, condition.wanted);
          });
 }
 

@@ -22,6 +22,7 @@ class CheckedQuery {
  private:
   struct Condition {
     size_t array = 0;  ///< of the file
+    uint32_t components = 1;
     ValueCondition wanted;
   };
   const VolumeQuery* query_ = nullptr;

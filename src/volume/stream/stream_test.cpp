@@ -172,6 +172,16 @@ TEST(Stream, SlotsNamePointsWithinAPiece) {
   }
 }
 
+TEST(Stream, TakesNoCellsAtOnce) {
+  std::vector<std::byte> bytes;
+  const auto sink = memory_sink(bytes);
+  StreamWriter writer = *StreamWriter::begin(*sink, {});
+  ASSERT_TRUE(writer.add_cells(CellType::hexahedron, {}));
+  const auto report = writer.finish();
+  ASSERT_TRUE(report);
+  EXPECT_EQ(report->cells, 0u);
+}
+
 TEST(Stream, GivesWhatWasFlushedBeforeTheEnd) {
   std::vector<std::byte> bytes;
   const auto sink = memory_sink(bytes);

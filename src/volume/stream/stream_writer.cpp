@@ -167,6 +167,7 @@ Result<> StreamWriter::Implementation::add_cells(CellType type, std::span<const 
   }
   // A cell without any node is one cell.
   const size_t count = nodes == 0 ? 1 : connectivity.size() / nodes;
+  if (count == 0) return {};
   MAILLE_CHECK(check_cells(type, count, nodes, last_use, arrays));
   const unsigned kind = kind_in_block(type, nodes);
   cells_of_type_[static_cast<uint8_t>(type)] += count;
