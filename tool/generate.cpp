@@ -49,14 +49,20 @@ Result<> encode_mesh(const Mesh& mesh, Sink& sink, const GenerateOptions& option
   return {};
 }
 
-/// Larger meshes are written as they are generated; so many cells take 32 MB in memory.
-constexpr uint64_t most_cells_in_memory = 250'000;
+/// Above, a .maille file is written as the mesh comes: so many cells take 32 MB in memory. Below, the encoder
+/// sees the mesh and chooses mode and order itself. Other formats have no such choice.
+constexpr double most_cells_in_memory = 250000;
 
-/// A rough count that only decides whether to work in memory; generate() checks divisions and counts exactly.
-uint64_t cells_of(const BlockDescription& description, uint64_t refine) {
-  uint64_t cells = 0;
-  for (const HexBlock& block : description.blocks)
-    cells += refine * block.divisions[0] * refine * block.divisions[1] * refine * block.divisions[2];
+/// A rough count that only decides whether to work in memory, in doubles as it may pass 2^64; generate()
+/// checks divisions and counts exactly.
+double cells_of(const BlockDescription& description, uint64_t refine) {
+  double cells = 0;
+  for (const HexBlock& block : description.blocks) {
+    double of_block = 1;
+    for (const uint32_t division : block.divisions)
+      of_block *= static_cast<double>(refine) * static_cast<double>(division);
+    cells += of_block;
+  }
   return cells;
 }
 
@@ -144,7 +150,7 @@ Result<int> write(const GenerateOptions& options, const BlockDescription& descri
   }
   const bool many = cells_of(description, options.generation.refine) > most_cells_in_memory;
   if (format == "maille" && (many || options.output == "-")) return write_stream(options, description);
-  if (format != "maille" && many) {
+  if (format != "maille") {
     const auto parts = TOOL_TRY(generate_in_parts(description, options, format));
     if (parts) return written(options, parts->counts, parts->output_bytes);
   }

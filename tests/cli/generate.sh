@@ -19,9 +19,9 @@ try maille generate blockMeshDict x.maille --refine 1000 --memory 1M
 try maille generate blockMeshDict x.maille --any-order --refine 40 --memory 2M
 files_like 'x.*'
 # Other formats are written as the mesh comes, too: the same mesh, within memory that would not hold it.
-maille generate blockMeshDict parts.vtu --refine 24 --memory 30M
-maille generate -q blockMeshDict parts.msh --refine 24 --any-order --memory 30M
-maille generate -q blockMeshDict case/constant/polyMesh --refine 24 --memory 60M
+maille generate blockMeshDict parts.vtu --refine 8 --memory 1M
+maille generate -q blockMeshDict parts.msh --refine 8 --any-order --memory 1M
+maille generate -q blockMeshDict case/constant/polyMesh --refine 8 --memory 1M
 maille info -q --json parts.vtu | json 'j["points"], j["cells"]'
 maille info -q --json case | json 'j["points"], j["cells"]'
 maille generate blockMeshDict --any-order - | maille compress --json - streamed.maille | json 'j["input_bytes"] > 500'
