@@ -13,16 +13,6 @@ namespace maille::tool {
 
 namespace {
 
-Region region_of(const ExtractOptions& options) {
-  Region region;
-  const auto point = [](const std::vector<double>& numbers, size_t first) {
-    return Vector3{{numbers[first], numbers[first + 1], numbers[first + 2]}};
-  };
-  if (!options.box.empty()) region.box = Box{point(options.box, 0), point(options.box, 3)};
-  if (!options.sphere.empty()) region.sphere = Sphere{point(options.sphere, 0), options.sphere[3]};
-  return region;
-}
-
 /// A screen of 1080 rows and a vertical field of view of 60 degrees: pixels / (2 tan 30 degrees).
 std::optional<View> view_of(const ExtractOptions& options) {
   if (options.eye.empty()) return std::nullopt;
@@ -106,7 +96,7 @@ struct Extracted {
 };
 
 Result<Extracted> extract_region(File& file, const ExtractOptions& options, const Input& input) {
-  const Region region = region_of(options);
+  const Region region = TOOL_TRY(region_of(options));
   Extracted extracted;
   extracted.selection = TOOL_TRY(choose(file, region, options));
   if (extracted.selection.charts.empty()) {

@@ -62,17 +62,7 @@ bool set_range(const std::string& text, ValueCondition& condition) {
 
 Result<VolumeQuery> query_of(const ExtractOptions& options) {
   VolumeQuery query;
-  const auto point = [](const std::vector<double>& numbers, size_t first) {
-    return Vector3{{numbers[first], numbers[first + 1], numbers[first + 2]}};
-  };
-  if (!options.box.empty()) {
-    query.region.box = Box{point(options.box, 0), point(options.box, 3)};
-    for (unsigned k = 0; k < 3; ++k) {
-      if (query.region.box->low[k] <= query.region.box->high[k]) continue;
-      return failure(ErrorCode::usage, "--box: the lowest corner comes first, then the highest");
-    }
-  }
-  if (!options.sphere.empty()) query.region.sphere = Sphere{point(options.sphere, 0), options.sphere[3]};
+  query.region = TOOL_TRY(region_of(options));
   if (!options.plane.empty()) query.plane = TOOL_TRY(plane_of(options.plane));
   for (const std::string& text : options.where) query.conditions.push_back(TOOL_TRY(parse_condition(text)));
   if (!options.cells.empty()) {
@@ -159,6 +149,22 @@ const char* random_option(const ExtractOptions& options) {
 }
 
 }  // namespace
+
+Result<Region> region_of(const ExtractOptions& options) {
+  Region region;
+  const auto point = [](const std::vector<double>& numbers, size_t first) {
+    return Vector3{{numbers[first], numbers[first + 1], numbers[first + 2]}};
+  };
+  if (!options.box.empty()) {
+    region.box = Box{point(options.box, 0), point(options.box, 3)};
+    for (unsigned k = 0; k < 3; ++k) {
+      if (region.box->low[k] <= region.box->high[k]) continue;
+      return failure(ErrorCode::usage, "--box: the lowest corner comes first, then the highest");
+    }
+  }
+  if (!options.sphere.empty()) region.sphere = Sphere{point(options.sphere, 0), options.sphere[3]};
+  return region;
+}
 
 Result<ValueCondition> parse_condition(const std::string& text) {
   ValueCondition condition;

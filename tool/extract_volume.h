@@ -11,6 +11,10 @@ namespace maille::tool {
 /// usage.
 Result<ValueCondition> parse_condition(const std::string& text);
 
+/// The box and the sphere that were asked for, for both modes. Error: usage, for a box whose corners are not
+/// in order.
+Result<Region> region_of(const ExtractOptions& options);
+
 /// Takes a part of a file of mode stream. Errors: usage, for options of other modes.
 Result<int> extract_volume(const ExtractOptions& options, const Input& input, const std::string& format);
 /// Error: usage, where an option is for volumes only.

@@ -123,7 +123,7 @@ Result<> check_maille(const Input& input) {
     if (const auto format = format_of(*input.source)) {
       return failure(
           ErrorCode::usage,
-          fmt::format("{}: is a file of format {}, not a .maille file; run `maille compress` first, or "
+          fmt::format("{}: this is a file of format {}, not a .maille file; run `maille compress` first, or "
                       "`maille convert` for other formats",
                       input_name(input.path), *format));
     }
@@ -138,10 +138,10 @@ Result<> check_maille(const Input& input) {
 
 Result<Input> open_maille(const std::string& path, uint64_t fetch_limit) {
   if (is_folder(path)) {
-    return failure(
-        ErrorCode::usage,
-        fmt::format("{}: is a folder, no .maille file; `maille compress` makes one of a case of OpenFOAM",
-                    path));
+    return failure(ErrorCode::usage,
+                   fmt::format("{}: this is a folder, not a .maille file; `maille compress` makes one of a "
+                               "case of OpenFOAM, `maille compress -r` one of each mesh in the folder",
+                               path));
   }
   Input input = TOOL_TRY(open_input(path, {}, fetch_limit));
   TOOL_CHECK(check_maille(input));

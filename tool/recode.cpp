@@ -18,12 +18,6 @@ class RecordedStdin final : public ByteStream {
  public:
   explicit RecordedStdin(std::vector<std::byte>* record) : record_(record) {}
   Result<size_t> read(std::span<std::byte> out) override {
-    if (at_ < begin_.size()) {
-      const size_t count = std::min(out.size(), begin_.size() - at_);
-      std::copy_n(begin_.begin() + static_cast<ptrdiff_t>(at_), count, out.begin());
-      at_ += count;
-      return count;
-    }
     const size_t count = TOOL_TRY(input_->read(out));
     *bytes_ += count;
     if (*recording_)
@@ -36,8 +30,6 @@ class RecordedStdin final : public ByteStream {
 
  private:
   std::unique_ptr<ByteStream> input_ = descriptor_stream(STDIN_FILENO, "standard input");
-  std::vector<std::byte> begin_;
-  size_t at_ = 0;
   std::vector<std::byte>* record_;
   std::shared_ptr<bool> recording_ = std::make_shared<bool>(true);
   std::shared_ptr<uint64_t> bytes_ = std::make_shared<uint64_t>(0);

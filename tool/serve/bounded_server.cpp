@@ -136,8 +136,8 @@ void ConnectionThreads::enqueue(std::function<void()> connection) {
   try {
     threads_.emplace_back([this] { work(); });
   } catch (const std::system_error&) {
-    // The machine has no thread more: connections wait for one that ends, if there is any.
-    if (threads_.empty()) waiting_.pop_back();
+    // The machine has no thread more: connections wait for one that ends, or, if there is none, for a thread
+    // that the next connection may start. Dropping the connection would leave its socket open.
   }
 }
 

@@ -66,7 +66,7 @@ Result<RandomReader> RandomReader::open(const Source& source, const DecodeOption
   reader.header_ = MAILLE_TRY(FrontChunks(source).header());
   if (reader.header_.mode != Mode::random) {
     return failure(ErrorCode::usage, source.name() +
-                                         ": is no file of mode \"random\"; only these can be read in parts, "
+                                         ": only files of mode \"random\" can be read in parts; "
                                          "`maille compress --mode random` makes one");
   }
   auto read = reader.read_front();
