@@ -34,13 +34,6 @@ void borrow(const py::object& from, Buffer<T>& to) {
                          owner_of(array));
 }
 
-/// Validates a mesh again: it may borrow arrays of numpy that somebody has written to since it was made, and
-/// the library would read outside of its memory if an index were too large.
-const Mesh& looked_at(const SharedMesh& self) {
-  take(validate(*self.mesh));
-  return *self.mesh;
-}
-
 Domain domain_called(const std::string& name) {
   for (unsigned i = 0; i < domain_count; ++i) {
     if (name == name_of(static_cast<Domain>(i))) return static_cast<Domain>(i);
@@ -182,6 +175,11 @@ py::list probed(const SharedMesh& self, const py::array_t<double, py::array::c_s
 }
 
 }  // namespace
+
+const Mesh& looked_at(const SharedMesh& self) {
+  take(validate(*self.mesh));
+  return *self.mesh;
+}
 
 void bind_mesh(py::module_& module) {
   py::class_<SharedMesh>(module, "Mesh")

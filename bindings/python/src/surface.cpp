@@ -127,8 +127,9 @@ std::vector<std::pair<uint64_t, uint32_t>> levels_of(const SurfaceFile& self) {
 }
 
 SharedMesh clip_mesh(const SharedMesh& mesh, const GivenRegion& region) {
+  const Mesh& whole = looked_at(mesh);
   return shared(
-      run(py::none(), [&](const Progress&) { return Result<Mesh>(clip(*mesh.mesh, region_of(region))); }));
+      run(py::none(), [&](const Progress&) { return Result<Mesh>(clip(whole, region_of(region))); }));
 }
 
 }  // namespace

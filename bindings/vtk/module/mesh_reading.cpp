@@ -49,8 +49,9 @@ Result<std::vector<Part>> share_of(const std::vector<Part>& parts, const Request
   std::vector<Part> share;
   uint64_t before = 0;
   for (size_t i = 0; i < parts.size(); ++i) {
-    const double middle =
-        (static_cast<double>(before) + static_cast<double>(cells[i]) / 2) / static_cast<double>(all);
+    // Parts without any cells all go to the first process.
+    const double middle = (static_cast<double>(before) + static_cast<double>(cells[i]) / 2) /
+                          static_cast<double>(std::max<uint64_t>(all, 1));
     const auto owner = std::min(static_cast<unsigned>(middle * request.pieces), request.pieces - 1);
     if (owner == request.piece) share.push_back(parts[i]);
     before += cells[i];
