@@ -150,7 +150,8 @@ Result<int> write(const GenerateOptions& options, const BlockDescription& descri
   }
   const bool many = cells_of(description, options.generation.refine) > most_cells_in_memory;
   if (format == "maille" && (many || options.output == "-")) return write_stream(options, description);
-  if (format != "maille") {
+  // In parts outer faces come in the order of the sweep; those of a small polyMesh are to be blockMesh's.
+  if (format != "maille" && (many || !is_folder_format(format))) {
     const auto parts = TOOL_TRY(generate_in_parts(description, options, format));
     if (parts) return written(options, parts->counts, parts->output_bytes);
   }

@@ -102,7 +102,7 @@ TEST(NumberTable, TellsNumbersOfBothSignsOnce) {
   for (const auto kind : {Kind::ordered, Kind::binary}) {
     std::vector<double> one_side;
     Random random(8);
-    for (int i = 1; i <= 2000; ++i) one_side.push_back(i * 1000 + random.below(1000));
+    for (uint32_t i = 1; i <= 2000; ++i) one_side.push_back(i * 1000 + random.below(1000));
     NumberMap map{.kind = kind, .table = one_side};
     const size_t half = written(map).size();
     for (const double number : one_side) map.table.push_back(-number);

@@ -21,7 +21,7 @@ files_like 'x.*'
 # Other formats are written as the mesh comes, too: the same mesh, within memory that would not hold it.
 maille generate blockMeshDict parts.vtu --refine 8 --memory 1M
 maille generate -q blockMeshDict parts.msh --refine 8 --any-order --memory 1M
-maille generate -q blockMeshDict case/constant/polyMesh --refine 8 --memory 1M
+maille generate -q blockMeshDict case/constant/polyMesh --refine 8
 maille info -q --json parts.vtu | json 'j["points"], j["cells"]'
 maille info -q --json case | json 'j["points"], j["cells"]'
 maille generate blockMeshDict --any-order - | maille compress --json - streamed.maille | json 'j["input_bytes"] > 500'

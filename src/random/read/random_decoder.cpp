@@ -13,8 +13,14 @@
 namespace maille {
 namespace {
 
+/// The charts of the finest level. A damaged index may say of a coarser group that nothing refines it, but
+/// its charts have other blocks and fewer arrays, so that they cannot be joined to the finest ones.
 Result<Selection> all_charts(RandomReader& reader) {
-  return reader.select([](const ChartIndex& index) { return select(index, {}, Detail::full()); });
+  Selection all =
+      MAILLE_TRY(reader.select([](const ChartIndex& index) { return select(index, {}, Detail::full()); }));
+  std::erase_if(all.charts,
+                [&](const ChartPlace& place) { return reader.index().group(place.group).level != 0; });
+  return all;
 }
 
 bool is_whole(const Mesh& mesh, const Description& description) {
@@ -77,6 +83,8 @@ Result<Remains> salvage_random(const Source& source, const DecodeOptions& option
     remains.lost.push_back(lost_charts(reader, lost, all.charts.size()));
   if (problems.size() > lost) remains.lost.push_back("the arrays of the mesh as a whole");
   if (reader.description().order == Order::keep) MAILLE_CHECK(put_in_order(reader, remains));
+  if (auto valid = validate(remains.mesh); !valid)
+    return failure(ErrorCode::corrupt, std::move(valid).error().message);
   return remains;
 }
 
