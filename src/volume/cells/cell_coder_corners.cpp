@@ -17,15 +17,14 @@ void CellCoder<Coder>::code_corners(Coder& coder) {
   for (unsigned i = 0; i < shape.corners && !damaged_; ++i) {
     if (cell_.has(i)) continue;
     if (code_repeat(coder, i)) continue;
-    // At most three of each, so that `local` packs them into two and three bits; a cell that comes here is
-    // glued to fewer than all its faces.
+    // The apex of a pyramid has four neighbours, others three at most: four share a bit with the count of
+    // glued faces, on both sides alike.
     const auto joined = bits_in(shape.neighbours[i] & cell_.known);
     const auto glued = bits_in(cell_.glued);
     const uint32_t local = i | joined << 3 | glued << 5 | (cell_.fresh != 0 ? 256u : 0) | cell_.kind << 9;
     uint32_t valence = 0;
     for (unsigned n = shape.neighbours[i] & cell_.known; n != 0; n &= n - 1) {
-      // Four bits for each known neighbour; of more than eight the first are shifted out, on both sides
-      // alike.
+      // Four bits for each known neighbour, of which there are four at most.
       valence = valence * 16 +
                 std::min<uint32_t>(
                     hull_.point(cell_.corner[static_cast<unsigned>(__builtin_ctz(n))]).valence(), 15);

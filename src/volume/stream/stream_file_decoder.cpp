@@ -118,6 +118,16 @@ class MeshCollector {
     return std::move(mesh_);
   }
 
+  /// Leaves out the arrays of numbers that only the input's order gives, and returns their names.
+  std::vector<std::string> drop_numbered() {
+    std::vector<std::string> names;
+    for (const NumberedArray& numbered : numbered_) {
+      if (wanted_[numbered.array]) names.push_back(arrays_[numbered.array].name);
+      wanted_[numbered.array] = false;
+    }
+    return names;
+  }
+
  private:
   /// Pieces in another order had zeros.
   void set_numbers() {
@@ -317,24 +327,26 @@ Result<Mesh> decode_stream(const Source& source, const DecodeOptions& options) {
   return collector.finish(source.name(), order);
 }
 
-/// All whole batches before the first damage. Memory and other errors are not damage, and end it.
 namespace {
 
 /// The input's order; none of a part, as it speaks of all points and cells. `damage`: of cells, or else of
-/// it.
+/// it. Without the order, numbers that rise along it are lost, too.
 Result<std::optional<CodedOrder>> salvage_order(const Source& source, const StreamDescription& description,
-                                                std::optional<Error>& damage) {
+                                                MeshCollector& collector, std::optional<Error>& damage) {
   if (!description.order_apart) return std::optional<CodedOrder>();
-  Result<std::optional<CodedOrder>> order = order_of(source, description);
-  if (!order && order.error().code != ErrorCode::corrupt) return order;
-  if (order && !damage) return order;
-  if (!damage) damage = std::move(order).error();
+  if (!damage) {
+    Result<std::optional<CodedOrder>> order = order_of(source, description);
+    if (order || order.error().code != ErrorCode::corrupt) return order;
+    damage = std::move(order).error();
+  }
   damage->message += "; lost: the input's order";
+  for (const std::string& name : collector.drop_numbered()) damage->message += ", the array \"" + name + "\"";
   return std::optional<CodedOrder>();
 }
 
 }  // namespace
 
+/// All whole batches before the first damage. Memory and other errors are not damage, and end it.
 Result<Salvaged> salvage_stream(const Source& source, const DecodeOptions& options) {
   StreamReader reader = MAILLE_TRY(open_any(source, options));
   MeshCollector collector(reader.description(), options);
@@ -349,7 +361,7 @@ Result<Salvaged> salvage_stream(const Source& source, const DecodeOptions& optio
     if (options.progress && !options.progress({"cells", 0})) return cancelled();
   }
   if (salvaged.damage) MAILLE_CHECK(collector.close_gaps(source.name()));
-  const auto order = MAILLE_TRY(salvage_order(source, reader.description(), salvaged.damage));
+  const auto order = MAILLE_TRY(salvage_order(source, reader.description(), collector, salvaged.damage));
   salvaged.mesh = MAILLE_TRY(collector.finish(source.name(), order));
   return salvaged;
 }
