@@ -32,9 +32,12 @@ struct Salvaged {
   std::optional<Error> damage;
 };
 
-/// Decompresses what is whole: of mode stream all cells before the first damage, of single the parts, of
-/// random the charts; arrays that are whole in all of these. `damage` also says what is lost. Values are
-/// exact, and points keep their order. Errors as decode(), but corrupt only if nothing is left.
+/// Decompresses what is whole: of mode stream all cells before the first damage, of mode single the parts, of
+/// mode random the charts, and the arrays that are whole in all of these. Values that are given are exact.
+/// The mesh may differ in three more ways where mode single lost a stream (docs/format.md, 15.3): without
+/// ORDR, or where parts are missing, the order is the file's; without JOIN, points of several parts at one
+/// place become one; without TWIN, points that the encoder welded stay welded. `damage` also says what is
+/// lost. Errors are those of decode(), but corrupt only if nothing is left.
 [[nodiscard]] Result<Salvaged> salvage(const Source& source, const DecodeOptions& options = {});
 
 }  // namespace maille

@@ -13,7 +13,7 @@ namespace maille {
 
 /// One chunk of a .maille file, as listed by its index or found by scanning.
 struct ChunkInfo {
-  std::string type;  ///< four letters, see docs/format.md
+  std::string type;  ///< four letters: docs/format.md, 11, 16 and 17
   uint64_t id = 0;
   uint64_t offset = 0;  ///< of the chunk's header
   uint64_t size = 0;    ///< of its content

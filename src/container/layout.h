@@ -10,7 +10,7 @@
 #include "base/bytes.h"
 #include "container/fields.h"
 
-// The bytes of a .maille file as docs/format.md, "Container", describes them: header, chunks, footer.
+// The bytes of a .maille file as docs/format.md, 3 to 6, describes them: header, chunks, footer.
 
 namespace maille {
 
@@ -35,7 +35,7 @@ inline constexpr uint32_t in_pieces_feature = 1;
 /// Features this version knows.
 inline constexpr uint32_t known_required_features = in_pieces_feature;
 
-/// What the first bytes of a file say. docs/format.md, "Header".
+/// What the first bytes of a file say. docs/format.md, 3.
 struct FileHeader {
   uint16_t major = 0;
   uint16_t minor = 0;

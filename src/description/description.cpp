@@ -28,7 +28,7 @@ void visit_domain(Visitor& v, Array& array) {
   }
 }
 
-/// The one list of an array's fields, for writer and reader (docs/format.md, "Description"). Bounds are part
+/// The one list of an array's fields, for writer and reader (docs/format.md, 11.1). Bounds are part
 /// of the format.
 template <class Visitor, class Array>
 void visit_array(Visitor& v, Array& array) {

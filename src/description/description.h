@@ -56,7 +56,7 @@ struct PartDescription {
 };
 
 /// Everything about a mesh that can be known without decoding it: the first thing that every reader needs,
-/// and what `maille info` shows. docs/format.md, "Description". Counts are of the whole mesh, or of a part
+/// and what `maille info` shows. docs/format.md, 11.1. Counts are of the whole mesh, or of a part
 /// after of_part().
 struct Description {
   uint8_t effort = 5;

@@ -21,7 +21,7 @@ struct ElementOrder {
   std::vector<uint32_t> rotation;  ///< by decoded cell: the original position of its first corner
 };
 
-// The order as a coded sequence: all points, all cells, all rotations (docs/format.md).
+// The order as a coded sequence: all points, all cells, all rotations (docs/format.md, 15.2).
 std::vector<std::byte> encode_order(const ElementOrder& order);
 
 /// The same an element at a time, for orders that memory does not hold: all points, then all cells, then all

@@ -41,7 +41,9 @@ class RansEncoder {
     put(value, 1, count, lane);
     return value;
   }
-  /// An interval of a cumulative distribution over 2^bits, 1 to 32; `frequency` is from 1 to 65535.
+  /// An interval of a cumulative distribution over 2^bits; `bits` is from 0 to 32, `frequency` from 1 to
+  /// 65535. With 0 bits nothing is written, but the operation counts for the block, as it does in the
+  /// decoder.
   void put(uint32_t start, uint32_t frequency, unsigned bits, unsigned lane) {
     operations_.push_back(
         {start, static_cast<uint16_t>(frequency), static_cast<uint8_t>(bits), static_cast<uint8_t>(lane)});

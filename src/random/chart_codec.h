@@ -41,8 +41,7 @@ struct ChartSet {
   bool finest = false;
   SharedFanTables tables;  ///< empty where charts have their own
 };
-/// The charts of level 0, and those of all others, have tables of their own: docs/format.md, "Shared
-/// tables".
+/// The charts of level 0, and those of all others, have tables of their own: docs/format.md, 17.7.
 inline constexpr uint32_t chart_sets = 2;
 using ChartSets = std::array<ChartSet, chart_sets>;
 inline uint32_t set_of_level(uint32_t level) {

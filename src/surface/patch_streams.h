@@ -18,7 +18,7 @@
 namespace maille {
 
 /// The streams of one patch: TOPO, POSI, TWIN if it is welded, and an ARRY for each array. A file has one
-/// patch, or one for each part of its mesh. docs/format.md, "Mode single".
+/// patch, or one for each part of its mesh. docs/format.md, 11.
 
 /// An array of the whole mesh and how its numbers become codes. Positions come first.
 struct ArrayToCode {

@@ -15,7 +15,7 @@ namespace maille {
 
 // Twins are points at one place, bit for bit: two faces of a mesh that meet there have a point each, as where
 // an array has a seam and the format knows only arrays of points. In a welded mesh they are one point, and a
-// number on each corner says which of the twins it is. docs/format.md, "Twins".
+// number on each corner says which of the twins it is. docs/format.md, 13.7.
 
 struct WeldedMesh {
   /// Arrays of points that differ between twins are on corners here, but hold the tuples of the points that

@@ -50,8 +50,8 @@ double factorial(const MultiIndex& index) {
   return result;
 }
 
-/// The three models of docs/prediction.md, "Within one order": alike, i! j! on the diagonal, and an isotropic
-/// Gaussian field.
+/// The three models of docs/prediction.md, "From smoothness to weights": alike, i! j! on the diagonal, and an
+/// isotropic Gaussian field.
 Matrix covariance_of(Covariance model, const std::vector<MultiIndex>& derivatives) {
   Matrix result = Matrix::identity(derivatives.size());
   for (size_t i = 0; i < derivatives.size(); ++i) {

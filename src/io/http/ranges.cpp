@@ -11,7 +11,7 @@ namespace maille {
 namespace {
 
 // The first request's range: a file of mode random has its index's first page and the coarsest levels there
-// (docs/format.md). One round trip then opens it.
+// (docs/format.md, 17). One round trip then opens it.
 constexpr size_t front_bytes = size_t{64} << 10;
 /// For a head, with those of redirections before it; more is no head. Chosen, not swept.
 constexpr uint64_t most_head_bytes = uint64_t{256} << 10;

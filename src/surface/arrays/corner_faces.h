@@ -10,7 +10,7 @@
 namespace maille {
 
 /// The faces of a patch in coded order, by corners, as arrays see them: the same on both sides, however the
-/// connectivity was coded. docs/format.md, "Arrays".
+/// connectivity was coded. docs/format.md, 13.2.
 struct CornerFaces {
   std::vector<uint32_t> points;   ///< by corner
   std::vector<uint32_t> offsets;  ///< of the corners of each face, and their end; empty: triangles

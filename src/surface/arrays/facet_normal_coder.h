@@ -16,7 +16,7 @@
 
 namespace maille {
 
-/// How normals of faces are coded, chosen by the encoder. docs/format.md, "Normals of facets".
+/// How normals of faces are coded, chosen by the encoder. docs/format.md, 13.6.
 struct FacetCoding {
   FacetFormula formula;
   Rounding rounding;

@@ -12,7 +12,7 @@ namespace maille {
 
 /// Codes which corners of a point hold the same tuple: first which points have a cut, then, for the edges at
 /// these, whether the corners on both sides are joined. Most points have none, so most edges cost nothing.
-/// Sets are kept by union and find. docs/format.md, "Corners".
+/// Sets are kept by union and find. docs/format.md, 13.2.
 template <class Coder>
 class JointCoder {
  public:

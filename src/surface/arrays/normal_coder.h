@@ -19,7 +19,7 @@
 
 namespace maille {
 
-/// How an array of normals is coded, chosen by the encoder. docs/format.md, "Normals".
+/// How an array of normals is coded, chosen by the encoder. docs/format.md, 13.5.
 struct NormalCoding {
   /// Who is asked for the normal: a NormalWeight, or the neighbours only.
   uint8_t weight = 0;

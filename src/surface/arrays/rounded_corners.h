@@ -36,7 +36,7 @@ double squared_distance(const Vector3& v, const NormalEstimate& estimate, double
 /// Normals in files are often older than the positions beside them, which lost digits on the way: they belong
 /// to corners that are a little elsewhere. Where, is learnt from each normal (Kalman 1960): a normal tells
 /// how far its corners were lifted, which other facets have, too; and edges are at right angles to the
-/// normals of both sides. Doubles in a fixed order: the same everywhere. docs/format.md, "Normals of facets".
+/// normals of both sides. Doubles in a fixed order: the same everywhere. docs/format.md, 13.6.
 class RoundedCorners {
  public:
   /// Faces with more corners have no estimates.

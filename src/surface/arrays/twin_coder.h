@@ -10,7 +10,7 @@
 namespace maille {
 
 // Which corners of a welded patch have the same twin (weld.h): pair by pair around each vertex, then for each
-// run of them whether the twin came up at its point before. docs/format.md, "Twins".
+// run of them whether the twin came up at its point before. docs/format.md, 13.7.
 
 /// `twin_of`: by corner as in PatchElements, any number that corners of one twin share. `positions`: as
 /// decoded. Replaces the numbers by those that the decoder will have: point by point, at each of them as they

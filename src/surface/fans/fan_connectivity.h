@@ -16,7 +16,7 @@ namespace maille {
 
 /// Connectivity of triangles for decoding near memory speed: a ring of vertices grows around the coded
 /// triangles, and one symbol tells how the fan around the vertex at its head is completed.
-/// docs/format.md, "Fans".
+/// docs/format.md, 12.2.
 
 /// Vertices whose positions predict that of another one, by number in coded order. All are below it but in
 /// rare cases (vertex 0, a vertex that is on a ring twice); what is not decoded yet counts as 0. See

@@ -190,14 +190,14 @@ class FanMachine {
   }
 
   /// Room for `more` entries behind the ring. May move all rings, so places must be kept relative to them.
-  /// Entries before the head are dead; they are dropped only when half of the array is free afterwards, so
-  /// that packing takes no more work than the pushes that came before.
+  /// Entries that neither the ring nor one that waits has are dead. They are dropped only if half of the
+  /// array is free afterwards: that half must be filled before the next time, so packing moves no more
+  /// entries than were written in between.
   void make_room(uint64_t more) {
     const uint64_t capacity = entries.size();
     if (tail + more <= capacity) return;
     uint64_t live = tail - head;
     for (const Ring& ring : waiting) live += ring.end - ring.begin;
-    // Half of the entries must be free afterwards, so that this takes no more than pushing them did.
     if (2 * (live + more) <= capacity) {
       pack();
     } else {

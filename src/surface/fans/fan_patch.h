@@ -11,7 +11,7 @@ namespace maille {
 struct FanTables;
 
 /// A patch at the fast and default levels: TOPO 1 (triangles), 2 (polygons) and 3 (either, with shared
-/// tables), docs/format.md.
+/// tables): docs/format.md, 12.1 and 17.7.
 struct FanPatch {
   /// In the mesh's orientation; faces that lie more than once follow behind all others.
   FanSurface fans;
@@ -19,19 +19,21 @@ struct FanPatch {
   PatchTopology topology;
 };
 
-/// What encode_fan_patch() gives; `sources` tell where the coded elements are in the mesh.
+/// What encode_fan_patch() gives; `sources` tells which element of the mesh each coded one is.
 struct EncodedFanPatch {
   FanPatch patch;
   PatchSources sources;
-  std::vector<std::byte> bytes;  ///< where tables are shared: what stands beside the fans
-  std::vector<FanOperation> operations;
+  /// The whole of TOPO 1 or 2. Where tables are shared: what stands beside the fans in TOPO 3, none for plain
+  /// triangles without other points, which is all that most charts have.
+  std::vector<std::byte> bytes;
+  std::vector<FanOperation> operations;  ///< of the fans, where tables are shared
 };
 
 /// The bytes of a patch with shared tables; these have been made with its operations.
 std::vector<std::byte> write_shared_fan_patch(const EncodedFanPatch& coded, const FanTables& tables);
 
-/// Codes the cells of a mesh. No value when there are more points than fans can number; the front takes such
-/// meshes. Error: unsupported, for too many corners.
+/// Codes the cells of a mesh. There is no value if the mesh has more points than fans can number
+/// (most_fan_points); the front takes such meshes. Error: unsupported, for too many corners.
 Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh,
                                                         FanModels models = FanModels::fixed);
 
@@ -40,14 +42,14 @@ Result<std::optional<EncodedFanPatch>> encode_fan_patch(const Mesh& mesh,
 struct FanPatchDecoder {
   std::optional<FanDecoder> fans;
 
-  /// `bytes` must stay. Error: corrupt.
+  /// Of triangles (TOPO 1). Their positions can be decoded along with `fans`. Error: corrupt.
   static Result<FanPatchDecoder> begin(Bytes bytes, uint32_t points, uint64_t corners);
-  /// The same for polygons, all of which are decoded at once. Error: corrupt.
+  /// Of polygons (TOPO 2), all of which are decoded at once. Error: corrupt.
   static Result<FanPatchDecoder> begin_polygons(Bytes bytes, uint32_t points, uint64_t corners);
-  /// With tables that many patches share, which must stay as well.
+  /// Of triangles with tables that many patches share (TOPO 3). The tables must stay as well.
   static Result<FanPatchDecoder> begin_shared(Bytes bytes, const FanSlots& slots, uint32_t points,
                                               uint64_t corners, FanBuffers* buffers = nullptr);
-  /// The same where these are tables of polygons, all at once.
+  /// Of polygons with shared tables (TOPO 3), all at once.
   static Result<FanPatchDecoder> begin_shared_polygons(Bytes bytes, const FanSlots& slots, uint32_t points,
                                                        uint64_t corners);
   /// Decodes what is left. The result fits `blocks` and `points`, or corrupt.

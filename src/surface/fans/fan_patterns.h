@@ -6,7 +6,7 @@
 
 namespace maille {
 
-/// What ends a fan. See FanMachine, and docs/format.md, "Fans".
+/// What ends a fan. See FanMachine, and docs/format.md, 12.2.
 enum class FanEnd : uint8_t {
   close,    ///< the last triangle is on the next vertex of the ring
   pocket,   ///< on a vertex beyond the next one; the ones between leave the ring as well

@@ -11,7 +11,7 @@
 namespace maille {
 
 /// The static tables of fans, apart from what they code: one patch's own, or those of all charts of a file.
-/// docs/format.md, "Fans" and "Tables of charts".
+/// docs/format.md, 12.2 and 17.7.
 struct FanTables {
   bool polygons = false;
   StaticTables events;

@@ -1,7 +1,7 @@
 #pragma once
 
 // What the position of a vertex of fans should be: a sum of weights times references, and how far
-// parallelograms lie apart. docs/format.md, "POSI 1".
+// parallelograms lie apart. docs/format.md, 12.3.
 
 #include <array>
 #include <cstdint>

@@ -1,7 +1,7 @@
 #pragma once
 
 // Weights by positions: where an element lies beside the triangles of its gates says what share each of
-// their elements has. docs/format.md, "Placed weights".
+// their elements has. docs/format.md, 13.2.
 
 #include <cmath>
 #include <cstdint>

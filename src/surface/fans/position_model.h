@@ -1,6 +1,6 @@
 #pragma once
 
-// What encoder and decoder of positions of fans share. docs/format.md, "POSI 1".
+// What encoder and decoder of positions of fans share. docs/format.md, 12.3.
 
 #include <algorithm>
 #include <array>

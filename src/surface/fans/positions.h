@@ -20,7 +20,7 @@ namespace maille {
 
 /// Positions of the vertices of fans: what is expected of each follows from rows of weights over its
 /// references, what is left is one symbol with a static table for each coordinate, and raw bits.
-/// docs/format.md, "POSI 1".
+/// docs/format.md, 12.3.
 
 /// Is this an array that the coder takes: one to four codes for each point, and no map of unit vectors?
 bool fits_positions(const Array& array, const ArrayMaps& maps);
@@ -49,9 +49,6 @@ std::vector<std::byte> write_exceptions(const Array& array, const std::vector<ui
                                         std::span<const uint32_t> source);
 /// Inverse, once the others are there. Safe on any bytes.
 Result<> read_exceptions(Bytes bytes, Array& array);
-
-// The same for many patches that share maps, rows, dictionaries and tables: docs/format.md, "Tables of
-// charts".
 
 /// Positions of many patches that share maps, rows, dictionaries and tables (docs/format.md, 17.7), made for
 /// a sample of the patches: `sample` are the vertices of some, `array` their positions in this order. Codes

@@ -13,7 +13,7 @@ namespace maille {
 
 /// Tables, rows, dictionaries and maps of many patches, made from a sample of them and written
 /// once: patches of a few thousand faces would pay a tenth of their size for their own. docs/format.md,
-/// "Tables of charts".
+/// 17.7.
 
 /// Do these positions fit?
 bool can_share_tables(const ArrayToCode& positions);

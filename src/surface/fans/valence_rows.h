@@ -1,7 +1,7 @@
 #pragma once
 
 // Predictions of positions as sums of weights times references, where weights follow the valences around.
-// docs/format.md, "POSI 1".
+// docs/format.md, 12.3.
 
 #include <array>
 #include <cstdint>

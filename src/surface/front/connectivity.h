@@ -10,7 +10,7 @@
 
 namespace maille {
 
-/// What both sides know before the first symbol. docs/format.md, "Connectivity".
+/// What both sides know before the first symbol. docs/format.md, 14.2.
 struct ConnectivityHeader {
   uint32_t components = 0;
   uint32_t regular_valence = 6;  ///< the most frequent one; other valences are coded relative to it

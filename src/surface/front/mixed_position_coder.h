@@ -22,7 +22,7 @@
 
 namespace maille {
 
-/// How positions are coded at the best efforts. docs/format.md, "Mixed positions".
+/// How positions are coded at the best efforts. docs/format.md, 14.6 and 14.7.
 struct MixedCoding {
   /// The number from which a code is looked for: the finest structure of the codes shows when it is exact.
   enum class Centre : uint8_t { expected, best_parallelogram };

@@ -11,7 +11,7 @@ namespace maille {
 
 /// Codes that may come again as a whole, each found in a way of its own (its kind). As long as one may be
 /// right it says of each decision which side it is on, as probably as its kind was right where things looked
-/// the same. docs/format.md, "Matches".
+/// the same. docs/format.md, 14.7.
 template <class Wide>
 class RepeatCandidates {
  public:

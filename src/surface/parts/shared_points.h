@@ -13,7 +13,7 @@
 namespace maille {
 
 /// Pieces of a mesh that are coded by themselves, parts or charts of level 0, have points in common. Such
-/// points have the same position, bit for bit, in all of them. docs/format.md, "Shared points".
+/// points have the same position, bit for bit, in all of them. docs/format.md, 15.1.
 
 /// A point that several pieces have. Those of one position are told apart by the number of the copy, nearly
 /// always 0.

@@ -159,9 +159,8 @@ class CellCoder {
   void find_sources();
   bool code_by_pattern(Coder& coder, const StreamedCell& cell);
   bool fits(const PatternPlan& pattern, const Assembly& guess, const StreamedCell& cell);
-  /// The sweep leaves entries of absent sources as they were, instead of clearing seven pointers for each
-  /// cell; `there` says which ones count.
-  /// Sources as sweep() uses them: those that are not there have what they had before.
+  /// Sources as sweep() uses them. Entries of absent sources keep what they had for an earlier cell, as
+  /// clearing seven pointers for each cell would cost time; `there` has a bit for each that counts.
   struct SweptSources {
     std::array<const Hull::Cell*, source_count> cell{};
     std::array<uint32_t, source_count> slot{};
@@ -308,13 +307,13 @@ class CellCoder {
   /// number: then the table waits until someone does.
   bool in_table_ = numbered_;
   Hull hull_;
-  PointTable table_;   ///< by number, if `in_table_`
-  PointTable inputs_;  ///< encoder that numbers anew: by the caller's number
-  // Indexed by the caller's own number, so it needs as many entries as the mesh has points. Gates are used
-  // only by encoders that hold the whole mesh anyway, and a hashed table would cost more for each of eight
-  // corners.
-  std::vector<uint64_t> input_numbers_;
-  std::vector<uint32_t> dense_;  ///< encoder with gates, instead of `inputs_`: those numbers are a mesh's own
+  PointTable table_;                     ///< by number, if `in_table_`
+  PointTable inputs_;                    ///< encoder that numbers anew: by the caller's number
+  std::vector<uint64_t> input_numbers_;  ///< encoder that numbers anew: by slot, the caller's number
+  // Encoder with gates, instead of `inputs_`: slots by the caller's number, which there is a mesh's own. It
+  // has as many entries as the mesh has points. Gates are used only by encoders that hold the whole mesh
+  // anyway, and a hashed table would cost more for each of eight corners.
+  std::vector<uint32_t> dense_;
   Patterns patterns_;
   // By id modulo 32: two patterns that share an entry only cost making the entry again. A structured mesh
   // alternates between few patterns (inner cells, ends of rows, ends of layers).

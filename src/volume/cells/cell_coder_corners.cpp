@@ -1,5 +1,5 @@
 // The end of the slow path: what no face gave. Corners, nodes behind the corners, points that no later cell
-// has, and cells without shared faces, in the order in which docs/format.md, "Cells", has the steps.
+// has, and cells without shared faces, in the order in which docs/format.md, 16.6, has the steps.
 #include <algorithm>
 
 #include "volume/cells/cell_coder.h"
@@ -95,8 +95,9 @@ void for_each_in_open_faces(const Hull::Cell& cell, unsigned corner, Add add) {
 }  // namespace
 
 /// Collects the points that an edge joins to known corners next to this one, those joined to most of them
-/// first; returns how many may be asked about, twelve at most. 48 cells around each of three neighbours, 24
-/// points and 12 questions bound the work; the numbers are part of the format.
+/// first; returns how many may be asked about, twelve at most. 48 cells (and 48 faces in memory) around each
+/// known neighbour, of which there are three, or four at the apex of a pyramid, 24 points and 12 questions
+/// bound the work. These numbers are part of the format.
 template <class Coder>
 unsigned CellCoder<Coder>::joined_points(unsigned corner) {
   unsigned count = 0;

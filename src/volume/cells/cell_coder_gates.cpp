@@ -75,9 +75,8 @@ bool CellCoder<Coder>::code_by_gates(Coder& topology, Coder& numbers, StreamedCe
     if (!at_gate) sources_.cell.fill(no_slot);
     const unsigned known = cell_.known;
     if (!damaged_) code_corners(topology);
-    // The open face of a named corner need not be near the walk around the edges of the gate, so that the
-    // search of glue_the_rest() is needed.
-    // A corner that was named may be anywhere.
+    // A corner that was named may be anywhere: faces that close there need not be near the edges of the gate,
+    // so only the search of glue_the_rest() finds them.
     const bool beside = cell_.known == known && cell_.shape().dimension == 3;
     if (!damaged_ && beside) glue_beside();
     if (!damaged_ && !beside) glue_the_rest();
@@ -284,10 +283,10 @@ void CellCoder<Coder>::join_beside(Coder& coder, FaceRef gate, unsigned own_face
     opposite[i] = open_face_around(gate, cell_.corner[a], cell_.corner[b]);
     Opposite& there = opposite[i];
     if (there.face.cell == no_slot) continue;
+    // Faces of other sizes, and faces that no cell will meet, cannot be the cell's.
     if (there.size != shape.face[base.across[i]].size || !gates_->is_gate(there.face))
       there.face.cell = no_slot;
   }
-  // Faces of other sizes, and faces that no cell will meet, cannot be the cell's.
   unsigned joined = 0;
   for (unsigned i = 0; i < base.size; ++i) {
     const Opposite& there = opposite[i];

@@ -1,4 +1,4 @@
-// The slow path: cells that no pattern fits, in the order in which docs/format.md, "Cells", has the steps.
+// The slow path: cells that no pattern fits, in the order in which docs/format.md, 16.6, has the steps.
 #include <algorithm>
 
 #include "volume/cells/cell_coder.h"

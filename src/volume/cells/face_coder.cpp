@@ -1,4 +1,4 @@
-// Cells given by their faces, in the order in which docs/format.md, "Cells given by faces", has the steps.
+// Cells given by their faces, in the order in which docs/format.md, 16.8, has the steps.
 // The points of faces that are new are coded in face_coder_loops.cpp.
 #include "volume/cells/face_coder.h"
 

@@ -11,7 +11,7 @@ namespace maille {
 
 // Files of mode stream whose cells are divided into pieces of space, each a stream of its own: any of them
 // can be read alone, all at once, and damage costs one. encode(), decode() and inspect() for them.
-// docs/format.md, "Pieces".
+// docs/format.md, 16.14.
 
 /// Pieces of about `target` cells. Errors as encode().
 Result<EncodeReport> encode_in_pieces(const Mesh& mesh, Sink& sink, const EncodeOptions& options,

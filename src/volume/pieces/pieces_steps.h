@@ -11,7 +11,7 @@ namespace maille {
 
 // Steps of time of files in pieces. The values of a step in a piece are a step behind the piece's own stream,
 // as files that are not in pieces have it; steps begin anew with each `steps_of_group`, so that one is read
-// with no more than those of its group. docs/format.md, "Volumes in pieces".
+// with no more than those of its group. docs/format.md, 16.14.
 
 // The same as key_steps of streams that are not in pieces (step_chain.h), which the format has for both.
 inline constexpr uint64_t steps_of_group = 16;

@@ -34,8 +34,9 @@ bool may_have(const PieceField& field, uint32_t components, const ValueCondition
     least += near * near;
     most += far * far;
   }
-  // Squares and roots are rounded: a relative slack of 1e-12 is far above that (half a unit of 2^-53 for each
-  // component), and too little to matter.
+  // Squares, sums and roots are rounded, but rounding is monotone: has_value() computes lengths by the same
+  // steps in the same order, so no length in the piece is below `least` or above `most` as computed here. The
+  // slack of 1e-12 is therefore not needed; it only loads a piece more where a wanted bound is that close.
   return overlap(wanted, std::sqrt(least) * (1 - 1e-12), std::sqrt(most) * (1 + 1e-12));
 }
 

@@ -1,4 +1,4 @@
-// Values of later times, behind those of the step before. docs/format.md, "Steps".
+// Values of later times, behind those of the step before. docs/format.md, 16.9.
 #include "volume/stream/step_chain.h"
 
 #include <algorithm>

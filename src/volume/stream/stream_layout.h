@@ -16,8 +16,7 @@
 
 namespace maille {
 
-// What stands in the chunks of mode stream besides coded cells and numbers. docs/format.md, "Streams of mode
-// stream".
+// What stands in the chunks of mode stream besides coded cells and numbers. docs/format.md, 16.1.
 
 /// Numbers in the tables of all maps, 8 MiB of doubles: a damaged file must not ask for more.
 inline constexpr uint64_t most_table_numbers = 1 << 20;

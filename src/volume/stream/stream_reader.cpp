@@ -77,8 +77,9 @@ class StreamReader::Implementation {
   void begin_blocks(StreamPortion& portion);
   Result<CellType> type_here(const StreamedCell& cell, size_t nodes) const;
 
-  // Chunks come from `pull_`, which has checked their sums already; what is damaged beyond that is hostile,
-  // not accidental.
+  // `pull_` has verified the checksum of each chunk. What may still be wrong is which chunks there are (some
+  // may be missing or change places, which types and numbers tell), and any content that somebody made on
+  // purpose.
   ChunkPull pull_;
   StreamReadOptions options_;
   Executor& executor_;

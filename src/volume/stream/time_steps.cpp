@@ -1,4 +1,4 @@
-// Values of later times behind a mesh. docs/format.md, "Steps".
+// Values of later times behind a mesh. docs/format.md, 16.9.
 #include "volume/stream/time_steps.h"
 
 #include <algorithm>
