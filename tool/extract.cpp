@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <maille/decode.h>
 #include <maille/random_access.h>
 
 #include <algorithm>
@@ -95,10 +96,24 @@ struct Extracted {
   std::vector<std::string> problems;
 };
 
-Result<Extracted> extract_region(File& file, const ExtractOptions& options, const Input& input) {
+bool is_of_everything(const ExtractOptions& options) {
+  return options.box.empty() && options.sphere.empty() && !options.error && !options.level &&
+         !options.triangles && options.eye.empty() && !options.chart_numbers;
+}
+
+Result<Extracted> extract_region(File& file, const ExtractOptions& options, const Input& input,
+                                 const DecodeOptions& decoding) {
   const Region region = TOOL_TRY(region_of(options));
   Extracted extracted;
   extracted.selection = TOOL_TRY(choose(file, region, options));
+  if (is_of_everything(options)) {
+    TOOL_CHECK(allow(file, extracted.selection, input));
+    // In the input's order, if the file has it: parts know none.
+    auto mesh = decode(*input.source, decoding);
+    if (mesh) extracted.mesh = std::move(*mesh);
+    if (mesh) return extracted;
+    if (mesh.error().code != ErrorCode::corrupt) return tl::unexpected(std::move(mesh).error());
+  }
   if (extracted.selection.charts.empty()) {
     return failure(ErrorCode::usage,
                    fmt::format("{}: nothing of the mesh lies there", input_name(options.input)));
@@ -189,9 +204,10 @@ Result<int> run(const ExtractOptions& options) {
   decoding.limits.mesh_bytes = options.common.memory;
   decoding.executor = threads.executor();
   File file = TOOL_TRY(File::open(*input.source, decoding));
-  const Extracted extracted = TOOL_TRY(!options.nearest.empty()     ? extract_nearest(file, options)
-                                       : !options.component.empty() ? extract_component(file, options)
-                                                                    : extract_region(file, options, input));
+  const Extracted extracted =
+      TOOL_TRY(!options.nearest.empty()     ? extract_nearest(file, options)
+               : !options.component.empty() ? extract_component(file, options)
+                                            : extract_region(file, options, input, decoding));
   const auto& [mesh, selection, problems] = extracted;
   TOOL_CHECK(write_part(mesh, options.input, options, format, options.common));
   for (const std::string& problem : problems) complain(problem);

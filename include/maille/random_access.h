@@ -180,8 +180,8 @@ class File {
 };
 
 /// The faces of a mesh that have a point in the region, with the points they use, arrays following; all else
-/// falls away. Faces are kept whole, not cut at the region's border, and keep their order. The mesh must be
-/// valid.
+/// falls away. Faces are kept whole, not cut at the region's border, and keep their order. A region without
+/// limits has all of the mesh, also points of no face. The mesh must be valid.
 Mesh clip(const Mesh& mesh, const Region& region);
 
 /// NVIDIA recommends 64 points and at most 126 triangles for mesh shaders (Kubisch 2018); 124 is the multiple

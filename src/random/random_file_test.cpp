@@ -269,6 +269,28 @@ std::string clips_differ(const Mesh& mesh, uint64_t seed) {
   return "";
 }
 
+/// All of level 0, through the calls that `maille extract` makes for a region.
+std::string whole_differs(const Mesh& mesh) {
+  const RandomFile file = random_file(mesh, {});
+  if (file.unsupported) return "";
+  if (!file.error.empty()) return file.error;
+  const auto source = memory_source(Bytes(file.bytes));
+  auto open = File::open(*source);
+  if (!open) return open.error().message;
+  const auto selection = open->select({}, Detail::full());
+  if (!selection) return selection.error().message;
+  const auto extracted = open->extract(*selection);
+  if (!extracted) return extracted.error().message;
+  const Mesh whole = clip(*extracted, {});
+  return whole.metadata == mesh.metadata ? differences_between(mesh, whole) : "other metadata";
+}
+
+TEST(RandomFile, GivesAllOfTheMeshWithoutALimit) {
+  RandomMeshOptions meshes;
+  meshes.other_cells = true;
+  EXPECT_EQ(check_random_surfaces(40000, 150, meshes, whole_differs), "");
+}
+
 TEST(RandomFile, GivesWhatLiesInARegion) {
   const RandomMeshOptions meshes = {.faces = 200, .special_values = false, .other_cells = false};
   EXPECT_EQ(check_random_surfaces(30000, 150, meshes, [](const Mesh& mesh) { return clips_differ(mesh, 1); }),

@@ -5,6 +5,11 @@ maille info --tree fine.maille | grep -A9 -e '^levels of'
 maille info --json fine.maille | json 'len(j["levels"]), j["levels"][0]["faces"] == j["cells"]'
 maille extract -q fine.maille whole.ply
 maille diff fine.ply whole.ply
+# Without a limit it is the mesh in every respect: a point of no face, comments, the order.
+sed -e 's/^element vertex 8/element vertex 9/' -e '/^0 1 1 /a 5 5 5 0 0 0' cube.ply > loose.ply
+maille compress -q --mode random --keep-order loose.ply
+maille extract -q loose.maille loose_whole.ply
+maille diff --same-order loose.ply loose_whole.ply
 maille extract -q fine.maille corner.ply --box 0,0,0,0.3,0.3,2
 maille extract -q fine.maille ball.ply --sphere 0,0,0,0.3 --chart-numbers
 maille extract --json -q fine.maille small.ply --triangles 6000 | json '0 < j["cells"] <= 6000'

@@ -68,6 +68,8 @@ Mesh keep_cells(const Mesh& mesh, const std::vector<bool>& keep) {
 }
 
 Mesh clip(const Mesh& mesh, const Region& region) {
+  // Points of no cell, and cells without points, lie in all of space, too.
+  if (!region.box && !region.sphere && region.planes.empty()) return mesh;
   const RegionTest test(region);
   std::vector<bool> keep;
   Polygon polygon;
