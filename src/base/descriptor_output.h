@@ -29,6 +29,7 @@ class DescriptorOutput {
   const std::string& name() const { return name_; }
 
  private:
+  // Chosen, not swept: large enough that calls of the system are few, small enough to stay in the cache.
   static constexpr size_t buffer_bytes = size_t{64} << 10;
 
   Result<> write_now(Bytes bytes) {
@@ -36,6 +37,7 @@ class DescriptorOutput {
       const ssize_t written = ::write(fd_, bytes.data(), bytes.size());
       if (written >= 0) {
         bytes = bytes.subspan(static_cast<size_t>(written));
+        // A signal interrupts a write that has not begun; that is no failure.
       } else if (errno != EINTR) {
         failed_ = errno;
       }

@@ -17,6 +17,8 @@
 namespace maille {
 namespace {
 
+/// A regular file, read with pread(), which has no place of its own: several threads may read at once. The
+/// size is that at opening; a file cut meanwhile is an error, and one that grew is read up to the old size.
 class FileSource final : public Source {
  public:
   FileSource(Descriptor file, uint64_t size, std::string path)
@@ -61,6 +63,7 @@ int open_by_kernel([[maybe_unused]] int folder, [[maybe_unused]] const std::stri
 #ifdef SYS_openat2
   open_how how{};
   how.flags = opening_flags;
+  // Links below /proc/self/fd lead to files without naming their paths, so they are refused as well.
   how.resolve = RESOLVE_BENEATH | RESOLVE_NO_MAGICLINKS;
   const long file = ::syscall(SYS_openat2, folder, name.c_str(), &how, sizeof how);
   // Containers whose filters do not know the call answer EPERM.
@@ -98,6 +101,7 @@ Result<Descriptor> open_anything_beneath(const std::string& folder, const std::s
 
 }  // namespace
 
+// 0 also for pipes and devices, whose sizes say nothing about the bytes they will give.
 Result<uint64_t> plain_size(int file, const std::string& path) {
   struct stat info {};
   if (::fstat(file, &info) != 0) return cannot_read(path);

@@ -47,6 +47,7 @@ Result<std::unique_ptr<PendingFile>> PendingFile::create(const std::string& path
                                                          Naming naming) {
   std::unique_ptr<PendingFile> file(new PendingFile(path));
   MAILLE_CHECK(file->open(mode.value_or(0666), naming));
+  // open() takes away what the umask forbids; a file that replaces another one keeps the permissions of that.
   if (mode) ::fchmod(file->descriptor(), *mode);  // best effort: some file systems have no modes
   return file;
 }
@@ -72,6 +73,8 @@ void PendingFile::open_nameless([[maybe_unused]] mode_t mode) {
 
 bool PendingFile::open_named(mode_t mode) {
   // O_EXCL never opens a file that somebody else has made, so names are tried until one is free.
+  // Names differ by process, count and time, so that a second attempt is rare; 100 bounds the loop where a
+  // file system says EEXIST to everything.
   for (int attempt = 0; attempt < 100; ++attempt) {
     choose_temporary_name();
     file_ = Descriptor(
@@ -103,6 +106,7 @@ bool PendingFile::give_name() {
     if (errno != EEXIST) return false;
     choose_temporary_name();
     if (!link_as(temporary_)) return false;
+    // Some file systems (NFS) tell only at close() that bytes were lost, so it comes before the name.
   } else if (!file_.close()) {
     return false;
   }

@@ -12,6 +12,9 @@ namespace maille {
 
 // Eight numbers of 16 bits that a processor works on at once. What x86 has an instruction for is given by
 // it; elsewhere the same is written out.
+// Both ways give the same numbers for all inputs, which the codecs that use them rely on: files must not
+// depend on the processor. The one sum that does not fit 32 bits is two products of -32768 by itself; it is
+// never made, as one factor is always a logit, -2047 to 2047.
 using ShortLanes = int16_t __attribute__((vector_size(16)));
 
 /// a[0] * b[0] + a[1] * b[1], and so on.

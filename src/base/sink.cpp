@@ -34,12 +34,13 @@ class DirectSink final : public Sink {
   std::string name() const override { return output_.name(); }
 
  private:
+  // Not valid for standard output, which others may still write to: it is not closed.
   Descriptor owned_;
   DescriptorOutput output_;
 };
 
-// ---- files that appear whole or not at all --------------------------------------------------------------
-
+/// A file that appears whole or not at all (PendingFile). `output_` writes to the descriptor of `file_`,
+/// which is therefore declared, and made, before it.
 class FileSink final : public Sink {
  public:
   explicit FileSink(std::unique_ptr<PendingFile> file)
@@ -81,6 +82,7 @@ Result<std::unique_ptr<Sink>> file_sink(const std::string& path) {
   struct stat info {};
   if (::stat(path.c_str(), &info) != 0) {
     if (!path.empty() && path.back() != '/') return replacing_sink(path, {});
+    // A path that ends in a slash names a folder, even if there is none.
     errno = path.empty() ? ENOENT : EISDIR;
     return cannot_write(path.empty() ? "a file without a name" : path);
   }

@@ -9,6 +9,7 @@
 namespace maille {
 namespace {
 
+/// The range is checked first, because subspan() beyond the end is undefined.
 Result<> copy_part(const Source& source, Bytes bytes, uint64_t offset, std::span<std::byte> out) {
   MAILLE_CHECK(check_range(source, offset, out.size()));
   const Bytes part = bytes.subspan(static_cast<size_t>(offset), out.size());
@@ -16,6 +17,8 @@ Result<> copy_part(const Source& source, Bytes bytes, uint64_t offset, std::span
   return {};
 }
 
+/// Bytes in memory, its own or the caller's: `bytes_` views either. It is only ever held by pointer, so the
+/// view of `owned_` stays right.
 class MemorySource final : public Source {
  public:
   MemorySource(Bytes bytes, std::string name) : bytes_(bytes), name_(std::move(name)) {}
@@ -54,11 +57,13 @@ class PartSource final : public Source {
     }
     return source_.read_many(moved);
   }
+  // A caller may name whole pages that reach beyond the part; the rest is not this part's to drop.
   bool forget(uint64_t offset, uint64_t size) const override {
     if (offset >= size_) return false;
     return source_.forget(offset_ + offset, std::min(size, size_ - offset));
   }
   Bytes view() const override {
+    // An empty view means "not addressable", so subspan() must not be asked of it.
     const Bytes all = source_.view();
     return all.empty() ? all : all.subspan(static_cast<size_t>(offset_), static_cast<size_t>(size_));
   }
@@ -71,11 +76,14 @@ class PartSource final : public Source {
 
 }  // namespace
 
+// One after the other is right for files and memory, where a request costs next to nothing. Sources with long
+// ways (http_source()) override it.
 Result<> Source::read_many(std::span<const Part> parts) const {
   for (const Part& part : parts) MAILLE_CHECK(read_at(part.offset, part.out));
   return {};
 }
 
+// Files and memory would give the same bytes again.
 bool Source::forget(uint64_t, uint64_t) const {
   return false;
 }

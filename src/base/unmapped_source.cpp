@@ -32,6 +32,8 @@ Result<std::unique_ptr<Source>> unmapped_source(const std::string& path) {
   Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (!file.valid()) return cannot_read(path);
   const uint64_t size = MAILLE_TRY(plain_size(file.get(), path));
+  // What is no regular file, or lies below /proc, claims to be empty; only reading it to the end tells its
+  // size.
   if (size == 0) return spooled_source(file.get(), path);
   return plain_source(std::move(file), size, path);
 }
@@ -39,12 +41,14 @@ Result<std::unique_ptr<Source>> unmapped_source(const std::string& path) {
 Result<std::unique_ptr<Source>> spooled_source(int descriptor, const std::string& name,
                                                const std::string& folder) {
   ScratchFile file = MAILLE_TRY(ScratchFile::create(folder));
+  // Chosen, not swept: a pipe of Linux gives 64 KiB at once by default, a file as much as is asked for.
   std::vector<std::byte> buffer(size_t{256} << 10);
   for (;;) {
     const ssize_t count = ::read(descriptor, buffer.data(), buffer.size());
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) return cannot_read(name);
     if (count == 0) break;
+    // write_at() and not append(), so that nothing waits in the file's buffer and reading changes nothing.
     MAILLE_CHECK(file.write_at(file.size(), Bytes(buffer).first(static_cast<size_t>(count))));
   }
   return std::make_unique<SpooledSource>(std::move(file), name);

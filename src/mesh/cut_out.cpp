@@ -7,6 +7,8 @@
 namespace maille {
 namespace {
 
+/// What the block it comes from lacks (types, offsets, faces) stays empty, so that validate() takes the copy
+/// as it took the original.
 void append_cell(const CellBlock& from, uint64_t i, CellBlock& to) {
   const auto points = from.cell(i);
   if (!from.types.empty()) to.types.push_back(from.types[i]);
@@ -19,6 +21,8 @@ void append_cell(const CellBlock& from, uint64_t i, CellBlock& to) {
 }
 
 /// Numbers of the corners of cells, through all blocks.
+/// `cells` rise. The corners of all cells are counted on the way, since cells of a mixed block differ in
+/// size.
 std::vector<uint32_t> corners_of(const Mesh& mesh, std::span<const uint32_t> cells) {
   std::vector<uint32_t> corners;
   uint64_t first = 0;
@@ -65,6 +69,9 @@ Array taken(const Array& from, std::span<const uint32_t> tuples) {
   return to;
 }
 
+// Two passes: all points of the chosen cells are marked, then each gets its rank among them as its new
+// number. So points keep their order, and nothing is sorted. All blocks are kept, also those of which no cell
+// is taken, so that numbers of blocks stay.
 CutOut cut_out(const Mesh& mesh, std::span<const uint32_t> cells, CutArrays arrays) {
   CutOut cut;
   RankedSet points(mesh.point_count());

@@ -15,6 +15,8 @@ constexpr FacesOfSolid hexahedron = {
     6,
     {{{0, 4, 7, 3}, {1, 2, 6, 5}, {0, 1, 5, 4}, {3, 7, 6, 2}, {0, 3, 2, 1}, {4, 5, 6, 7}}},
     {4, 4, 4, 4, 4, 4}};
+// Corners of a voxel are numbered by the bits of their place (x + 2 y + 4 z), not around its faces as those
+// of a hexahedron.
 constexpr FacesOfSolid voxel = {
     6,
     {{{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}}},
@@ -41,6 +43,8 @@ constexpr FacesOfSolid hexagonal_prism = {8,
 
 }  // namespace
 
+// In VTK the corners of a curved cell come first, in the order of the straight one; so both have the same
+// faces, and nodes on edges, faces and inside are left out.
 const FacesOfSolid& faces_of(CellType type) {
   switch (type) {
     case CellType::tetrahedron:

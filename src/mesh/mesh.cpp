@@ -93,6 +93,7 @@ constexpr CellTypeInfo cell_types[] = {
     {CellType::mixed, 0, "mixed"},
 };
 
+/// A pass over some forty entries. nodes_of() has a table, as codecs ask it for each cell.
 const CellTypeInfo* find_type(CellType type) {
   for (const CellTypeInfo& info : cell_types) {
     if (info.type == type) return &info;
@@ -132,6 +133,7 @@ Result<> check_offsets(const CellBlock& block, const std::string& where) {
   if (block.offsets.empty()) {
     return block.connectivity.empty() ? Result<>{} : bad("offsets are missing");
   }
+  // With these two ends, offsets that never go backwards (below) keep each cell within the connectivity.
   if (block.offsets.front() != 0 || block.offsets.back() != block.connectivity.size()) {
     return bad("offsets must run from 0 to the size of the connectivity");
   }
@@ -189,6 +191,8 @@ Result<> check_block(const CellBlock& block, uint64_t points, const std::string&
   }
   if (auto ok = check_offsets(block, where); !ok) return ok;
   if (auto ok = check_faces(block, where); !ok) return ok;
+  // Which cell an entry belongs to does not matter for this, so it is one pass over the numbers, whatever the
+  // type of the block.
   for (size_t i = 0; i < block.connectivity.size(); ++i) {
     if (block.connectivity[i] >= points) {
       return failure(ErrorCode::malformed_input, where + ": connectivity entry " + std::to_string(i) +
@@ -235,6 +239,7 @@ unsigned nodes_of(CellType type) {
   return table[static_cast<uint8_t>(type)];
 }
 
+// Types that are not named here are solids. A mixed block has no dimension of its own: -1.
 int dimension_of(CellType type) {
   switch (type) {
     case CellType::vertex:
@@ -284,6 +289,7 @@ std::span<const uint32_t> CellBlock::cell(uint64_t i) const {
   return std::span(connectivity).subspan(offsets[i], offsets[i + 1] - offsets[i]);
 }
 
+// A block without polyhedra has no lists of faces at all.
 std::span<const uint32_t> CellBlock::faces(uint64_t i) const {
   if (cell_faces.empty()) return {};
   return std::span(face_sizes).subspan(cell_faces[i], cell_faces[i + 1] - cell_faces[i]);
@@ -309,6 +315,7 @@ uint64_t Mesh::count_of(Domain domain) const {
       return corner_count();
     case Domain::cell:
       return cell_count();
+    // Arrays of the whole mesh may have any number of tuples; nobody may rely on a count.
     case Domain::mesh:
       break;
   }

@@ -10,6 +10,8 @@
 namespace maille {
 namespace {
 
+// Steps of 16 bits over the frame, which encloses the mesh, and of 8 bits over the radius of a chart: the
+// parts of the format that keep a chart at some 20 bytes (docs/format.md, 17.2).
 constexpr double sphere_steps = 65535;
 constexpr double half_steps = 255;
 // A sphere is rounded to a step along each axis; its radius grows by as much: sqrt(3) < 2 steps, and one for
@@ -28,6 +30,7 @@ struct PackedSphere {
   }
 };
 
+/// `visit` lists the fields once, for the writer and the reader.
 struct PackedChart {
   PackedSphere sphere;
   std::array<uint8_t, 3> half;  ///< of the box around the same centre, in parts of the radius
@@ -73,6 +76,8 @@ struct Writer {
   void count(const uint32_t& value) { out.put_count(value); }
 };
 
+/// ByteReader remembers that it ran out; `in_range` remembers a count that 32 bits cannot hold. Both are
+/// asked once for each group and chart, before anything of it is used.
 struct Reader {
   ByteReader& in;
   bool in_range = true;
@@ -88,6 +93,7 @@ struct Reader {
 };
 
 template <class T>
+/// A conversion of a double that does not fit an integer is undefined, and a mesh may have any numbers.
 T clamped(double x) {
   return static_cast<T>(std::clamp(x, 0.0, static_cast<double>(std::numeric_limits<T>::max())));
 }
@@ -116,6 +122,8 @@ PackedChart pack(const IndexFrame& frame, const IndexedChart& chart, uint32_t gr
   const Sphere around = unpack(frame, packed.sphere);
   const double step = around.radius / half_steps;
   for (unsigned k = 0; k < 3; ++k) {
+    // The box shares the rounded centre of the sphere, so its half sizes are measured from there. The small
+    // addition makes up for the rounding of the division: a box may be too large, never too small.
     const double half = std::max(around.centre[k] - chart.box.low[k], chart.box.high[k] - around.centre[k]);
     packed.half[k] = step > 0 ? clamped<uint8_t>(std::ceil(half / step + 1e-6)) : uint8_t{255};
   }
@@ -147,6 +155,7 @@ tl::unexpected<Error> corrupt(const char* what) {
 
 }  // namespace
 
+// Errors are promises, so they are rounded up.
 float float_not_less(double x) {
   const auto nearest = static_cast<float>(x);
   return static_cast<double>(nearest) >= x ? nearest
@@ -198,7 +207,9 @@ Result<std::vector<IndexedGroup>> decode_index_page(const IndexFrame& frame, Byt
       PackedChart chart;
       PackedChart::visit(chart, reader);
       if (!in.ok() || !reader.in_range) return corrupt("a chart that is not whole");
+      // Producers have higher numbers than their groups, so following them always ends.
       if (chart.producer >= group_count - number) return corrupt("a chart of a group that is not there");
+      // Charts are added as they are read: a claimed number of them reserves nothing.
       group.charts.push_back(unpack(frame, chart, number));
     }
   }

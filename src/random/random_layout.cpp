@@ -36,6 +36,8 @@ void visit(Visitor& visitor, Directory& directory) {
 }
 
 template <class Visitor, class Error>
+/// Errors are floats in the file, rounded up by the writer. A reader gets the rounded number, an encoder
+/// keeps its own.
 void visit_error(Visitor& visitor, Error& error) {
   float rounded = float_not_less(error);
   visitor.fixed(rounded);
@@ -59,6 +61,8 @@ void visit_head(Visitor& visitor, Head& head) {
   });
 }
 
+/// What readers rely on without asking again: a frame that numbers can be scaled by, a root group, counts for
+/// each level, and a page for every 256 groups.
 bool is_sensible(const ChartDirectory& directory) {
   bool finite = std::isfinite(directory.frame.size) && directory.frame.size > 0;
   for (unsigned k = 0; k < 3; ++k) finite = finite && std::isfinite(directory.frame.low[k]);

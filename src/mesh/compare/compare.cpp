@@ -26,6 +26,7 @@ bool same_description(const Array& a, const Array& b) {
 
 /// Arrays of the same name and domain belong together, wherever they stand; of several, in their order.
 std::vector<ArrayPair> pair_arrays(const Mesh& a, const Mesh& b, std::vector<std::string>& differences) {
+  // A map, because its order is that of the messages: they are the same in each run.
   std::map<std::pair<Domain, std::string>, std::vector<const Array*>> of_b;
   for (const Array& array : b.arrays) of_b[{array.domain, array.name}].push_back(&array);
   std::vector<ArrayPair> pairs;
@@ -131,6 +132,8 @@ void explain(const Mesh& a, const Mesh& b, const std::vector<ArrayPair>& arrays,
 
 void compare_elements(const Mesh& a, const Mesh& b, const std::vector<ArrayPair>& arrays,
                       const CompareOptions& options, std::vector<std::string>& differences) {
+  // Most meshes that are compared have kept their order. That takes one pass, and what is equal in order is
+  // equal.
   auto in_order = compare_in_order(a, b, arrays, options.tolerance);
   if (in_order.empty()) return;
   if (options.same_order) {
@@ -146,6 +149,7 @@ std::string objection(const Mesh& mesh, const char* name) {
   if (const auto valid = validate(mesh); !valid)
     return std::string(name) + " is no valid mesh: " + valid.error().message;
   for (const CellBlock& block : mesh.blocks) {
+    // Elements::Cell counts its points in 32 bits.
     for (uint64_t i = 0; block.connectivity.size() > UINT32_MAX && i < block.size(); ++i) {
       if (block.cell(i).size() > UINT32_MAX) return std::string(name) + " has a cell of 2^32 points or more";
     }
@@ -161,6 +165,8 @@ std::vector<std::string> find_differences(const Mesh& a, const Mesh& b, const Co
     return {"a tolerance needs both meshes in the same order: points could not be matched otherwise"};
   }
   std::vector<std::string> differences;
+  // Meshes of different sizes are not renamings of each other: the counts say all, and no elements are looked
+  // at.
   compare_count("points", a.point_count(), b.point_count(), differences);
   compare_count("cells", a.cell_count(), b.cell_count(), differences);
   compare_count("corners", a.corner_count(), b.corner_count(), differences);

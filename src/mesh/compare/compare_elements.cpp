@@ -31,6 +31,8 @@ uint64_t integer_at(const Array& array, uint64_t number) {
   }
 }
 
+/// Eight bytes at a time; the rest is filled up with zeros. Arrays that are compared have tuples of one size,
+/// so zeros at the end cannot make different tuples alike.
 uint64_t bytes_hash(uint64_t hash, const std::byte* bytes, size_t size) {
   for (; size >= 8; bytes += 8, size -= 8) hash = hash_mix(hash, load<uint64_t>(bytes));
   if (size == 0) return hash;
@@ -55,6 +57,7 @@ uint64_t text_hash(uint64_t seed, const std::string& text) {
   return hash_mix(seed, hash64(std::as_bytes(std::span(text.data(), text.size()))));
 }
 
+/// 9 and 17 digits tell any two floats and doubles apart.
 std::string describe_number(const Array& array, uint64_t number) {
   char text[40];
   const std::byte* at = array.bytes.data() + number * size_of(array.type);
@@ -72,6 +75,7 @@ std::string describe_number(const Array& array, uint64_t number) {
 
 }  // namespace
 
+// One hash of each text is made beforehand, because an array of labels has few texts and many numbers.
 Elements::Elements(const Mesh& mesh, const std::vector<const Array*>& arrays, bool block_names, uint64_t seed)
     : mesh_(&mesh), block_names_(block_names), seed_(scrambled(seed + 1)) {
   for (const Array* array : arrays) {
@@ -119,6 +123,8 @@ uint32_t Elements::kind_of(size_t block, CellType type, std::span<const uint32_t
   return known = static_cast<uint32_t>(kinds_.size() - 1);
 }
 
+// Cells point into the connectivity of their block, so the place of the first node there is the corner's
+// number.
 uint64_t Elements::first_corner(const Cell& cell) const {
   const Kind& kind = kinds_[cell.kind];
   return kind.first_corner +
@@ -151,6 +157,8 @@ std::string Elements::describe_values(Domain domain, uint64_t element, uint64_t 
   return text;
 }
 
+// Values of all arrays compared go into one hash, in the order of the arrays, which is the same for both
+// meshes.
 uint64_t Elements::values_hash(Domain domain, uint64_t element) const {
   uint64_t hash = seed_;
   for (const Attribute& attribute : attributes_[static_cast<size_t>(domain)]) {

@@ -44,6 +44,8 @@ std::string describe_first(uint64_t unequal, uint64_t count, const char* element
 }
 
 template <class Equal>
+/// Counts all that differ and describes the first: a user wants to know whether it is one number or all of
+/// them.
 std::string compare_array(const Array& a, const Array& b, const char* element, Equal equal) {
   uint64_t unequal = 0, first = 0;
   for (uint64_t i = 0; i < a.count(); ++i) {
@@ -91,6 +93,7 @@ Result<ArrayDifference> difference_of(const Array& a, const Array& b) {
                                            std::to_string(b.count()) + " of " + std::to_string(b.components) +
                                            " in B");
   }
+  // Numbers that stand for texts have no distance; only their texts are compared.
   const bool texts = has_labels(a) && has_labels(b);
   double squares = 0;
   uint64_t finite = 0;
@@ -103,6 +106,7 @@ Result<ArrayDifference> difference_of(const Array& a, const Array& b) {
       if (!std::isfinite(x) || !std::isfinite(y)) continue;
       const double d = distance(a, k, b, k);
       difference.maximum = std::max(difference.maximum, d);
+      // Division by zero is meant: a value that was 0 and is not any more has an infinite relative error.
       if (d > 0) difference.maximum_relative = std::max(difference.maximum_relative, d / std::fabs(x));
       length += d * d;
       ++finite;

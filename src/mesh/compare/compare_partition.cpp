@@ -4,6 +4,8 @@
 
 namespace maille {
 
+// Points of one hash are one class. Equal lists of hashes are needed for a renaming, so nothing is lost by
+// stopping here.
 std::optional<Partition> Partition::from_hashes(const std::vector<Keyed>& a, const std::vector<Keyed>& b) {
   if (a.size() != b.size()) return std::nullopt;
   const auto same_hash = [](const Keyed& x, const Keyed& y) { return x.hash == y.hash; };
@@ -38,6 +40,8 @@ void Partition::move_to_end(unsigned side, uint32_t point, uint32_t end) {
   place[order[end]] = end;
 }
 
+/// The points of a group go to the end of their class, which is then cut off there: the rest of the class
+/// need not be touched, and the work is that of the points that move.
 void Partition::cut(const std::vector<Entry> (&entries)[2], Group group, std::vector<uint32_t> (&moved)[2]) {
   const uint32_t parent = entries[0][group.begin].class_number;
   const auto size = static_cast<uint32_t>(group.end - group.begin);

@@ -24,6 +24,8 @@ struct Surplus {
   uint64_t here = 0, there = 0;  ///< how often an element like it occurs
 };
 
+/// Both lists are sorted by hash, so that one pass over both finds it. The element with the lowest number is
+/// named, not the one with the lowest hash: the message is the same for any seed.
 Surplus surplus(const std::vector<Keyed>& here, const std::vector<Keyed>& there) {
   Surplus result;
   size_t j = 0;
@@ -72,6 +74,8 @@ std::vector<Keyed> sorted_points(const Elements& elements) {
   return keyed;
 }
 
+/// Cells by a hash of everything that a renaming must keep, given what is known of the points. Equal
+/// multisets are needed for equal meshes; they are enough only after check().
 std::vector<Keyed> sorted_cells(const Elements& elements, const Partition& partition, unsigned side) {
   std::vector<Keyed> keyed(elements.cells().size());
   CanonicalCell canonical;
@@ -103,6 +107,7 @@ class Check {
 
   /// Cells in the order of A, so that at least one side is read front to back.
   bool cells_equal(const std::vector<Keyed>& in_a, const std::vector<Keyed>& in_b) {
+    // Both lists are sorted by the same hashes, so the i-th of each are partners, unless hashes collided.
     std::vector<uint64_t> partners(in_a.size());
     for (size_t i = 0; i < in_a.size(); ++i) partners[in_a[i].index] = in_b[i].index;
     for (uint64_t i = 0; i < partners.size(); ++i) {

@@ -29,6 +29,8 @@ class Builder {
       simplify_level(begin, end);
       const uint64_t after = triangles_from(end);
       // Nothing more can be removed: this level stays out, and several roots are left.
+      // A 32nd is the least gain that is worth a level; chosen, not swept. It also ends the loop: each level
+      // that stays has fewer triangles than the one before.
       if (after + before / 32 >= before) {
         drop_level(end);
         break;
@@ -64,6 +66,7 @@ class Builder {
       for (Chart& chart : group.outputs) {
         chart.level = level + 1;
         chart.producer = number;
+        // A chart of which nothing is left still needs a place that its group encloses.
         if (chart.triangles.empty()) chart.sphere.centre = result_.groups[number].sphere.centre;
         result_.groups[number].outputs.push_back(size());
         result_.charts.push_back(std::move(chart));
@@ -71,6 +74,7 @@ class Builder {
     }
   }
 
+  /// Charts of the level before lose the groups that would have replaced them, and become roots.
   void drop_level(uint32_t begin) {
     const uint32_t level = result_.charts[begin - 1].level;
     result_.charts.resize(begin);

@@ -7,6 +7,9 @@
 namespace maille {
 namespace {
 
+/// Numbers groups and charts as the file has them. A group comes behind the one whose charts it refines, so
+/// that readers find no loops; neighbours in space come from neighbours in the group before, so they lie near
+/// each other in the file.
 class Indexer {
  public:
   Indexer(const Hierarchy& hierarchy, std::span<const ChartExtent> extents, const Vector3& origin,
@@ -29,6 +32,8 @@ class Indexer {
   }
 
  private:
+  /// The root has all charts that no group was made from: the coarsest ones, and those that could not be
+  /// simplified.
   void add_root() {
     IndexedGroup& root = result_.groups.emplace_back();
     root.level = std::max(hierarchy_.levels(), 1u) - 1;
@@ -42,6 +47,8 @@ class Indexer {
       root.sphere = chart == charts.front() ? sphere : enclosing(root.sphere, sphere);
     }
   }
+  /// `before` is read once: groups that are added here have charts of a finer level, which later calls look
+  /// at.
   void add_groups_of(uint32_t level) {
     const size_t before = result_.charts.size();
     for (size_t g = 0; g < before; ++g) {
@@ -78,7 +85,7 @@ class Indexer {
     return indexed;
   }
 
-  /// Around all spheres' centres: radii may reach out of it.
+  /// The least cube with sides along the axes around all spheres, so that what is packed relative to it fits.
   void find_frame() {
     Vector3 low, high;
     bool first = true;
@@ -99,6 +106,8 @@ class Indexer {
     result_.frame.low = low;
     // Radii of a whole frame fit, with room for their rounding.
     result_.frame.size = std::max({size[0], size[1], size[2]}) * 1.01;
+    // A mesh of one place, or none, has no size; any step does then, but for 0, by which packing would
+    // divide.
     if (!(result_.frame.size > 0)) result_.frame.size = 1;
   }
 

@@ -61,6 +61,8 @@ struct SharedBy {
   std::span<const uint8_t> outside;
   std::span<const uint32_t> copies;
 
+  /// Numbers are those of the chart, in the order of its points; copies tell apart points that lie at one
+  /// place.
   std::vector<SharedPoint> of(std::span<const uint32_t> points) const {
     std::vector<SharedPoint> shared;
     for (uint32_t i = 0; i < points.size(); ++i) {
@@ -84,6 +86,8 @@ ElementOrder order_of(const Piece& piece, const PatchSources& sources) {
 
 Result<ChartOfPiece> code_chart(const Piece& piece, const PieceRules& rules, MeshPart part,
                                 const Chart& chart, const SharedBy* shared) {
+  // Charts of level 0 know which of their points are shared; coarser ones are joined by equal values alone
+  // (join_levels()), and have tables of their own.
   const uint32_t set = shared != nullptr ? 0 : 1;
   ChartOfPiece coded;
   coded.sphere = chart.sphere;
@@ -156,6 +160,8 @@ std::vector<GroupOfPiece> simplify(const Piece& piece, std::span<const Chart> ch
   std::vector<uint32_t> last(piece.ids.size(), no_group);
   std::vector<uint8_t> border(piece.vertices.held.begin(), piece.vertices.held.end());
   uint32_t number = 0;
+  // A vertex that two output charts have, or other pieces, is a border: the next level must leave it where it
+  // is, or there would be cracks between charts.
   for (const SimplifiedGroup& group : groups) {
     for (const Chart& chart : group.outputs) {
       for (const uint32_t v : chart.triangles) {
@@ -268,6 +274,7 @@ void put_vector(ByteWriter& out, const std::vector<T>& numbers) {
   out.put_bytes(std::as_bytes(std::span(numbers)));
 }
 template <class T>
+/// Of bytes that pack() made in this process, so counts are believed.
 std::vector<T> get_vector(ByteReader& in) {
   std::vector<T> numbers(in.get_count());
   const Bytes bytes = in.get_bytes(numbers.size() * sizeof(T));

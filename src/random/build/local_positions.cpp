@@ -8,6 +8,7 @@
 namespace maille {
 namespace {
 
+// A little below the largest float, 3.4e38.
 constexpr double most = 3e38;
 
 /// Differences of these neither overflow nor are infinite.
@@ -31,6 +32,8 @@ LocalPositions around(const Vector3& origin, const std::vector<double>& numbers)
     const double middle = local.origin.x[i % 3];
     const auto number = static_cast<float>(numbers[i] - middle);
     local.numbers.push_back(number);
+    // Spheres and boxes in the index grow by the largest rounding, so that they hold the positions
+    // themselves.
     local.rounding = std::max(local.rounding, std::abs(numbers[i] - (middle + static_cast<double>(number))));
   }
   return local;
@@ -63,6 +66,7 @@ LocalPositions local_positions(const ArrayToCode& positions, Executor& executor)
       low = std::min(low, numbers[i]);
       high = std::max(high, numbers[i]);
     }
+    // Halves are added, as the sum of two large numbers could overflow.
     origin.x[k] = low / 2 + high / 2;
   }
   return around(origin, numbers);

@@ -13,6 +13,10 @@ namespace {
 
 using Corners = std::array<uint32_t, 3>;
 
+/// Greedy: a piece takes the candidate beside it that needs the fewest new points, until it is full. All ties
+/// end at the lowest number, so that the same chart always gives the same pieces. Each triangle is a
+/// candidate of a piece once at most; best() looks at all of them, which is what the time depends on where
+/// many triangles meet at a point.
 class MeshletBuilder {
  public:
   explicit MeshletBuilder(const Mesh& mesh) {
@@ -111,6 +115,7 @@ class MeshletBuilder {
     for (const uint32_t p : triangles_[triangle]) {
       if (place_[p] == none) add_point(p);
       --left_[p];
+      // Places are below most_meshlet_points, 64.
       result_.corners.push_back(static_cast<uint8_t>(place_[p]));
     }
     result_.faces.push_back(faces_[triangle]);

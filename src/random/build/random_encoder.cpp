@@ -82,6 +82,9 @@ Result<> check_cells(const Mesh& mesh) {
   return {};
 }
 
+/// The steps of run(), in order: numbers become codes, the hierarchy is built over the decoded positions (so
+/// that errors are those of the file), each chart is coded as a patch of mode single, and the file is written
+/// in one pass. All coded charts are in memory; random_source_encoder.cpp does without.
 class RandomEncoder {
  public:
   RandomEncoder(const Mesh& mesh, const EncodeOptions& options, const HierarchyOptions& hierarchy)
@@ -119,6 +122,9 @@ class RandomEncoder {
     return {};
   }
 
+  // Charts of level 0 come first in the hierarchy, and take their faces from the mesh; all others are
+  // triangles of their own. The two sets have tables of their own, because triangles of a finest level and of
+  // simplified ones differ.
   Result<> encode_charts(std::span<const uint32_t> corners) {
     const size_t count = hierarchy_.charts.size();
     std::vector<uint32_t> part_of(mesh_.cell_count());
@@ -140,10 +146,12 @@ class RandomEncoder {
   template <class PartAt>
   Result<> encode_set(uint32_t set, size_t begin, size_t end, std::span<const ArrayToCode> arrays,
                       PartAt part_at) {
+    // Charts are many: threads take one each, and none divides its own work or tells its progress.
     EncodeOptions of_chart = options_;
     of_chart.executor = nullptr;
     of_chart.progress = {};
     std::vector<Result<>> results(end - begin);
+    // The error of the lowest chart is returned, so that it does not depend on threads.
     const auto for_each = [&](auto work) -> Result<> {
       executor_.parallel_for(end - begin, [&](size_t i) { results[i] = work(i); });
       for (const Result<>& result : results) MAILLE_CHECK(result);
@@ -194,6 +202,7 @@ class RandomEncoder {
     if (!can_share_tables(arrays_[0])) return shared;
     const size_t count = std::min(parts.size(), most_sampled_patches);
     for (size_t i = 0; i < count; ++i) {
+      // The middles of `count` equal stretches.
       const MeshPart& part = parts[(2 * i + 1) * parts.size() / (2 * count)];
       MAILLE_CHECK(shared.add(part.mesh, part.numbers.points, *arrays_[0].array));
     }
@@ -222,6 +231,7 @@ class RandomEncoder {
       }
     }
   }
+  /// Sums for reports and for the directory, of the finest level and of all others.
   void count_bytes(size_t chart) {
     ChartTotals& totals = chart < level_0_ ? directory_.finest : directory_.coarser;
     totals.topology += patches_[chart].topology.bytes.size();
@@ -304,6 +314,8 @@ class RandomEncoder {
   }
 
   /// As decode_random() will have the elements: charts of level 0 in the order of the file.
+  // Points get their final numbers only when charts are joined, which is done by decoded positions: so the
+  // charts are decoded here once more, as a reader will.
   Result<ElementOrder> order_of_charts() {
     std::vector<PatchSources> sources;
     std::vector<DecodedChart> decoded;

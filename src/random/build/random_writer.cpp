@@ -36,6 +36,8 @@ StreamPlace place_of(const StreamKey& key, size_t size, uint64_t& offset) {
     header.part_and_last = 2 * part + (size == 0 ? 1 : 0);
     const uint64_t total = chunk_total_bytes(header);
     const bool whole = part == 0 && size == 0;
+    // A stream of several chunks has no place: its content has headers in between, and only reading the whole
+    // file by chunks gives it. Readers see a size of 0.
     if (whole) found = {offset + total - header.size - chunk_checksum_bytes, header.size};
     offset += total;
     if (size == 0) return found;
@@ -63,6 +65,8 @@ void place_pages(RandomContents& contents, uint64_t offset) {
 
 }  // namespace
 
+// What a reader wants first stands first: description, tables, directory, the first page of the index, then
+// the coarsest charts. Charts come from a function, so that callers need not hold them.
 Result<FileWriter> write_random(Sink& sink, RandomContents& contents, const Progress& progress) {
   FileWriter writer = MAILLE_TRY(
       FileWriter::begin(sink, {.major = format_major, .minor = format_minor, .mode = Mode::random}));

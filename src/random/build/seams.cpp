@@ -10,6 +10,10 @@
 namespace maille {
 namespace {
 
+/// A seam is where the surface goes on and values of arrays do not, as between two charts of a texture.
+/// Points at one place with the same values become one; corners get a hash of their values, so that a
+/// simplifier sees where these part. Two different values with one hash would only merge what a seam should
+/// divide.
 class SeamFinder {
  public:
   SeamFinder(const Mesh& mesh, const FaceLists& faces, std::span<const Place> places)
@@ -83,6 +87,8 @@ class SeamFinder {
       }
     }
   }
+  /// An array that has several values around more than half of all places (numbers of faces, flat normals)
+  /// would make every edge a seam, and nothing could be simplified. "Half" was chosen, not swept.
   bool jumps_everywhere(const Array& array) const {
     std::vector<uint32_t> first(places_.size(), none);
     std::vector<uint8_t> state(places_.size());  // 1: one value, 2: several

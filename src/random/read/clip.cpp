@@ -26,6 +26,8 @@ Polygon cut(const Polygon& polygon, const Vector3& normal, double offset) {
   return left;
 }
 
+/// Exact for triangles, but for rounding: what is left of the triangle within all planes is measured against
+/// the sphere. Boxes are six planes more.
 class RegionTest {
  public:
   explicit RegionTest(const Region& region) : region_(region), planes_(region.planes) {

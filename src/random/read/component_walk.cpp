@@ -91,6 +91,9 @@ Pieces pieces_of(const DecodedChart& chart, const std::vector<uint32_t>& piece) 
   return pieces;
 }
 
+/// Goes from chart to chart by shared points. Of each chart only the piece of each cell and the shared points
+/// are remembered, a few bytes a cell, which `most_bytes` bounds; a chart is decoded once. Ends, as each
+/// piece waits once at most.
 class ComponentWalk {
  public:
   ComponentWalk(RandomReader& reader, uint64_t most_bytes) : reader_(reader), most_bytes_(most_bytes) {}

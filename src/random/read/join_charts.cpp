@@ -21,6 +21,8 @@ JoinedPoints join_charts(std::span<const DecodedChart> charts) {
 namespace {
 
 /// A chart of level 0 without any cells or points.
+/// It stands in where nothing was selected or nothing is left, so that the result still has the blocks and
+/// arrays of the mesh.
 DecodedChart empty_chart(const Description& description, const DecodeOptions& options) {
   const auto array_like = [](const ArrayDescription& described) {
     Array array =
@@ -62,6 +64,7 @@ Result<Mesh> join_finest(std::vector<DecodedChart> charts, const RandomReader& r
   if (arrays) return mesh;
   if (problems == nullptr) return tl::unexpected(std::move(arrays).error());
   problems->push_back(arrays.error().message);
+  // Reading stops at the first array that is damaged; all arrays of the mesh are left out then.
   std::erase_if(mesh.arrays, [](const Array& array) { return array.domain == Domain::mesh; });
   return mesh;
 }

@@ -21,6 +21,7 @@ class NearestPoints {
  public:
   NearestPoints(const Vector3& from, uint64_t count) : from_(from), count_(count) {}
 
+  /// No point farther than this can be among the nearest; charts beyond it are not read.
   double reach() const {
     return heap_.size() < count_ ? std::numeric_limits<double>::infinity() : heap_.front().distance;
   }
@@ -49,6 +50,7 @@ class NearestPoints {
   }
 
  private:
+  /// A heap with the farthest point on top: the one that leaves if there are too many.
   void add(const NearPoint& point) {
     heap_.push_back(point);
     std::push_heap(heap_.begin(), heap_.end(), is_nearer);

@@ -152,6 +152,7 @@ uint64_t File::faces(uint32_t level) const {
 uint32_t File::charts(uint32_t level) const {
   return state_->reader.directory().charts[level];
 }
+// The first group's sphere encloses those of all others, which refine it.
 Sphere File::sphere() const {
   return state_->reader.index().group(0).sphere;
 }
@@ -197,6 +198,7 @@ Result<Mesh> File::salvage(const Selection& selection, std::vector<std::string>&
 }
 
 Result<std::optional<SurfacePoint>> File::hit(const Vector3& origin, const Vector3& direction) {
+  // Written so that a direction with a NaN is refused, too.
   if (!(dot(direction, direction) > 0)) return failure(ErrorCode::usage, "a ray must have a direction");
   std::optional<SurfacePoint> found;
   const auto look = [&](const ChartPlace& place, const DecodedChart& chart) {

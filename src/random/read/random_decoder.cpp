@@ -23,6 +23,7 @@ Result<Selection> all_charts(RandomReader& reader) {
   return all;
 }
 
+/// Charts that are missing from a damaged index leave no gap that anything else would notice.
 bool is_whole(const Mesh& mesh, const Description& description) {
   return mesh.point_count() == description.points && mesh.cell_count() == description.cells();
 }
@@ -101,6 +102,7 @@ Result<> find_errors(RandomReader& reader, FileInfo& info) {
   for (uint32_t number = 1; number < reader.index().size(); ++number) {
     const IndexedGroup& group = reader.index().group(number);
     const auto raise = [&](double& error, double found) { error = std::max(error, found); };
+    // A damaged group may be of any level, also one that the directory does not have.
     if (group.level + 1 >= levels) continue;
     raise(info.view_error_of_level[group.level + 1], group.view_error);
     raise(info.bound_of_level[group.level + 1], group.bound);

@@ -23,10 +23,15 @@ Sphere around(const Box& box) {
   return {box.low * 0.5 + box.high * 0.5, std::sqrt(dot(half, half)) * (1 + 1e-12)};
 }
 
+/// Makes an index from the charts themselves, where that of the file is damaged. Each page says of its charts
+/// how many bytes they have and what refines them; spheres and boxes come from decoding them. What a lost
+/// page said is replaced by the widest assumption: a chart that may be anywhere, whose bytes cannot be read.
+/// So select() still finds every chart that is left.
 class Rebuilder {
  public:
   Rebuilder(uint64_t file_bytes, const FileReader& file, const ChartSets& sets, const DecodeOptions& options)
       : file_bytes_(file_bytes), file_(file), sets_(sets), options_(options) {
+    // Boxes need positions only, so no array is decoded.
     options_.arrays.emplace();  // none
     options_.progress = {};
     options_.executor = nullptr;
@@ -74,6 +79,8 @@ class Rebuilder {
     return {};
   }
 
+  /// What is damaged is passed over; only errors of reading the file end the search. Charts before the damage
+  /// count, as their page says where each of them ends.
   Result<> read_group(uint32_t number) {
     auto page = file_.read_stream(charts_key(number));
     if (!page) return page.error().code == ErrorCode::corrupt ? Result<>() : tl::unexpected(page.error());
@@ -101,6 +108,7 @@ class Rebuilder {
     return {};
   }
 
+  /// Groups behind the last one found are one group that is lost: its number is that behind the others.
   uint32_t producer(uint32_t group) {
     if (group < places_.size()) return group;
     groups_.resize(places_.size() + 1);
@@ -110,6 +118,7 @@ class Rebuilder {
   void find_box(uint32_t level, Bytes bytes, IndexedChart& chart) {
     const ChartSet& set = sets_[set_of_level(level)];
     const auto claimed = claimed_bytes(set.description, bytes);
+    // A damaged chart may claim a mesh of any size; it is held against the limit before it is decoded.
     if (!claimed || *claimed > static_cast<double>(options_.limits.mesh_bytes)) return;
     const auto decoded = decode_chart(set, bytes, options_);
     if (!decoded) return;

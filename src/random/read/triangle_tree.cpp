@@ -27,6 +27,8 @@ TriangleTree::TriangleTree(std::span<const uint32_t> triangles, std::span<const 
 }
 
 /// In two at the middle of the longest side, or where that leaves less than a fourth on a side, in halves.
+// The recursion is as deep as the tree: each side keeps a fourth at least, so 77 levels are enough for 2^32
+// triangles (see search()).
 uint32_t TriangleTree::build(const std::vector<Placed>& placed, uint32_t begin, uint32_t end) {
   const auto at = static_cast<uint32_t>(nodes_.size());
   Box box = placed[order_[begin]].box;
@@ -65,6 +67,8 @@ double TriangleTree::to_triangle(const Vector3& p, uint32_t triangle) const {
 }
 
 template <class See>
+/// Looks at triangles whose boxes are nearer than `bound`, a squared distance that `see` may lower meanwhile,
+/// until it is at most `enough`.
 void TriangleTree::search(const Vector3& from, const double& bound, double enough, See see) const {
   if (nodes_.empty()) return;
   std::array<uint32_t, 96> stack;  // one for each level: 3/4 to the power of 77 is 2 to the power of -32
@@ -97,6 +101,7 @@ uint32_t TriangleTree::nearest(const Vector3& from) const {
   uint32_t found = 0;
   search(from, bound, -1, [&](uint32_t i) {
     const double distance = to_triangle(from, i);
+    // Not "distance >= bound": a distance that is no number is never the nearest.
     if (!(distance < bound)) return;
     bound = distance;
     found = i;
