@@ -27,6 +27,7 @@ void take_inputs(Batch& batch, std::string& input, std::string& output,
 
 namespace {
 
+/// A case of OpenFOAM is one mesh, though it is a folder of many files.
 bool is_case(const fs::path& folder) {
   std::error_code error;
   return fs::is_directory(folder / "constant/polyMesh", error);
@@ -56,6 +57,7 @@ std::vector<std::string> files_below(const std::string& folder,
       found.push_back(path.string());
     }
   }
+  // The system lists folders in any order; users and tests want one.
   std::sort(found.begin(), found.end());
   return found;
 }
@@ -98,6 +100,7 @@ Result<std::vector<BatchItem>> items_of(const Batch& batch,
     ++uses[items.back().stem];
   }
   for (size_t i = 0; i < items.size(); ++i) {
+    // "a.ply" and "a.obj" would both be written as "a.maille": then their extensions stay.
     if (uses[items[i].stem] > 1) items[i].stem += fs::path(found[i].input).extension().string();
   }
   return items;
@@ -144,6 +147,7 @@ int run_batch(const std::vector<BatchItem>& items, const CommonOptions& common,
   int worst = 0;
   for (const BatchItem& item : items) {
     const auto answer = run_on(item, run_one);
+    // The highest code of all files: scripts need one number, and messages tell the rest.
     worst = std::max(worst, answer ? answer->code : static_cast<int>(answer.error().code));
     if (!answer) {
       complain(answer.error().message);

@@ -42,6 +42,8 @@ OptionEntry entry_of(const CLI::Option& option) {
   // What follows the colon describes the checks.
   const std::string type = option.get_type_name();
   if (option.get_items_expected_max() > 0) entry.value = type.substr(0, type.find(':'));
+  // CLI11 keeps choices and placeholders in one text; placeholders are in capitals here ("FILE"), choices
+  // never.
   const bool small_letters = std::none_of(entry.value.begin(), entry.value.end(),
                                           [](unsigned char c) { return std::isupper(c) != 0; });
   if (small_letters) entry.choices = split(entry.value, '|');
@@ -112,6 +114,7 @@ Result<uint64_t> parse_size(const std::string& option, const std::string& text) 
 }
 
 template <class Options>
+/// What all verbs that work for a while have in common.
 Result<Command> with_raw(Options options, const Raw& raw) {
   options.common.progress = progress_style(raw.progress);
   options.common.memory =

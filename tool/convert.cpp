@@ -54,6 +54,7 @@ Result<int> run(const ConvertOptions& options) {
   const auto file = TOOL_TRY(open_output({options.output, options.input, options.force,
                                           is_binary(format, options.ascii), is_folder_format(format)}));
 
+  // encode() and write_mesh() commit differently: the one by itself, the other leaves it to the caller.
   CountingSink sink(*file);
   LoadedMesh loaded;
   std::vector<std::string> notes;

@@ -55,6 +55,7 @@ Result<uint64_t> write_file(const DecompressOptions& options, const Mesh& mesh, 
   return sink.count();
 }
 
+/// A name of a file may hold what XML reserves; quotes end the attribute.
 std::string in_xml(const std::string& name) {
   std::string text;
   for (const char c : name)
@@ -62,6 +63,7 @@ std::string in_xml(const std::string& name) {
   return text;
 }
 
+/// A .pvd file, as ParaView reads it: one DataSet for each time.
 std::string list_of(const std::vector<TimeOfFile>& times) {
   std::string text =
       "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n  <Collection>\n";
@@ -81,6 +83,8 @@ Result<int> decompress_series(const DecompressOptions& options) {
   }
   const Input input = TOOL_TRY(open_maille(options.input));
   TOOL_CHECK(check_output({options.output, options.input, options.force, false, false}));
+  // Decoded before anything is written, for the summary's counts; if the first time is that of step 0, it is
+  // not decoded again.
   Mesh mesh = TOOL_TRY(decode_time(options, *input.source, 0));
   std::vector<TimeOfFile> times = TOOL_TRY(times_of_file(options, *input.source));
   const std::string stem = with_extension(options.output, "");

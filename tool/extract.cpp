@@ -40,6 +40,8 @@ Result<Selection> choose(File& file, const Region& region, const ExtractOptions&
 
 /// Which chart each cell is of: in each block come those of chart after chart.
 Result<> add_chart_numbers(File& file, const Selection& selection, Mesh& mesh) {
+  // Joined blocks hold the cells of chart after chart, so counts by block and chart are enough to number
+  // them. Each chart is decoded once more for its counts.
   std::vector<std::vector<uint64_t>> cells(mesh.blocks.size());
   for (const ChartPlace& place : selection.charts) {
     const Mesh chart = TOOL_TRY(file.read(place));
@@ -176,6 +178,7 @@ Result<Extracted> extract_nearest(File& file, const ExtractOptions& options) {
   Array distance = make_array("distance", Domain::point, Scalar::f64, 1);
   distance.resize(points.size());
   for (size_t i = 0; i < points.size(); ++i) {
+    // Nearest points lie in few charts, so a list is searched; each chart is read once.
     const auto known = std::find(places.begin(), places.end(), points[i].chart);
     const auto number = static_cast<size_t>(known - places.begin());
     if (known == places.end()) {
@@ -186,6 +189,7 @@ Result<Extracted> extract_nearest(File& file, const ExtractOptions& options) {
     append_point(mesh, charts[number], points[i].point);
     distance.values<double>()[i] = points[i].distance;
   }
+  // A mesh may have such an array of its own; that one stays.
   if (mesh.find(distance.name, Domain::point) == nullptr) mesh.arrays.push_back(std::move(distance));
   return extracted;
 }

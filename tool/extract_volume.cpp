@@ -20,6 +20,7 @@ std::string trimmed(const std::string& text) {
   return first == std::string::npos ? "" : text.substr(first, last - first + 1);
 }
 
+/// "inf" is a limit, "nan" is none: no value would be wanted.
 std::optional<double> limit_in(const std::string& text) {
   const std::optional<double> value = parse_number<double>(text);
   return value && !std::isnan(*value) ? value : std::nullopt;
@@ -85,6 +86,7 @@ void add_numbers(const std::string& name, Domain domain, const std::vector<uint3
   Array array = make_array(name, domain, Scalar::u32, 1);
   array.resize(numbers.size());
   std::copy(numbers.begin(), numbers.end(), array.values<uint32_t>().begin());
+  // The mesh may have an array of this name; its values were asked for, and stay.
   if (mesh.find(name, domain) == nullptr) mesh.arrays.push_back(std::move(array));
 }
 
@@ -168,6 +170,7 @@ Result<Region> region_of(const ExtractOptions& options) {
 
 Result<ValueCondition> parse_condition(const std::string& text) {
   ValueCondition condition;
+  // The first of these ends the name, so names with one of them cannot be asked for.
   const size_t at = text.find_first_of("<>=");
   if (at != std::string::npos && set_name(text.substr(0, at), condition) &&
       set_range(text.substr(at), condition))

@@ -60,6 +60,8 @@ Result<std::unique_ptr<Source>> open_source(const std::string& path, uint64_t fe
     }
     return stdin_source();
   }
+  // Both limits at once: a server without ranges may send a whole file of this size, and one with ranges no
+  // more than this beyond what was asked for.
   if (is_url(path)) {
     HttpOptions options;
     options.whole_bytes = options.most_bytes = fetch_limit;
@@ -219,6 +221,7 @@ Result<> check_folder(const OutputRequest& request) {
     return failure(ErrorCode::usage,
                    fmt::format("{}: output and input are the same mesh; name another output", request.path));
   }
+  // The files that are replaced. A folder without any of them may hold what it likes, such as fields.
   for (const char* name : {"points", "faces", "owner", "neighbour", "boundary"}) {
     const std::string file = folder + "/" + name;
     if (!request.force && (status_of(file) || status_of(file + ".gz"))) {

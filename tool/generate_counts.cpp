@@ -13,6 +13,7 @@ namespace {
 
 std::string cell_text(CellType type, uint64_t count) {
   std::string name = maille::name_of(type);
+  // Plurals: tetrahedra and hexahedra, but wedges and pyramids.
   const size_t greek = name.rfind("hedron");
   if (count != 1) name = greek == std::string::npos ? name + "s" : name.substr(0, greek) + "hedra";
   return fmt::format("{} {}", count, name);
@@ -63,6 +64,7 @@ void GeneratedCounts::add(CellType type, uint64_t count) {
 GeneratedCounts GeneratedCounts::of(const Mesh& mesh) {
   GeneratedCounts counter;
   counter.point_count = mesh.point_count();
+  // Keys are "patch." and the name, as generate_mesh() writes them.
   for (const auto& [key, type] : mesh.metadata) counter.patches.push_back({key.substr(6), type, 0});
   for (const CellBlock& block : mesh.blocks) {
     const CellType first = block.types.empty() ? block.type : static_cast<CellType>(block.types[0]);

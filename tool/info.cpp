@@ -96,9 +96,11 @@ Result<int> run_on_mesh(const InfoOptions& options, const Input& input) {
     return failure(ErrorCode::usage, name + ": --tree, --pieces and --chunks are for .maille files");
   ProgressDisplay progress(options.common.progress, options.common.quiet);
   const LoadedMesh loaded = TOOL_TRY(load(input, options.common, progress));
+  // A reader goes by the extension, then by the first bytes; this tells which of them it was.
   const std::string format = input.format.empty()
                                  ? format_of(options.input).value_or(format_of(*input.source).value_or(""))
                                  : input.format;
+  // A folder is an empty source (open_source()); its size is that of the files in it.
   const uint64_t bytes = input.source->size() > 0 ? input.source->size() : bytes_of_case(options.input);
   TOOL_CHECK(answer(options.common.json ? dump(mesh_info_json(loaded.mesh, name, format, bytes))
                                         : mesh_info_text(loaded.mesh, name, format, bytes)));

@@ -81,6 +81,7 @@ std::string ranges_text(const Array& array) {
 /// Values that are no numbers; of the positions and arrays of floats.
 uint64_t count_not_finite(const Array& array) {
   uint64_t count = 0;
+  // Only floats can be infinite or no number.
   for (size_t k = 0; is_float(array.type) && k < array.components; ++k)
     count += array.count() - range_of(array, k).finite;
   return count;
@@ -124,6 +125,7 @@ void add_row(Table& table, const Array& array, const char* domain) {
 
 EdgeCounts count_edges(const Mesh& mesh) {
   EdgeCounts counts;
+  // Eight bytes a corner for the time of the count.
   std::vector<uint64_t> sides;
   for_each_cell(mesh, [&](CellType type, std::span<const uint32_t> corners) {
     if (!is_face(type)) return;

@@ -11,6 +11,7 @@
 
 namespace maille::tool {
 
+// A check of its own instead of CLI11's IsMember, so that the message names the word that was meant.
 CLI::Option* one_of(CLI::Option* option, const std::vector<std::string>& values) {
   const auto is_known = [values](const std::string& word) {
     if (std::find(values.begin(), values.end(), word) != values.end()) return std::string();
@@ -20,6 +21,8 @@ CLI::Option* one_of(CLI::Option* option, const std::vector<std::string>& values)
   return option->check(is_known)->type_name(fmt::format("{}", fmt::join(values, "|")));
 }
 
+// One value for each time the option is given: without this CLI11 would take the name of the next file for
+// another value.
 CLI::Option* repeatable(CLI::Option* option, const std::string& value) {
   return option->allow_extra_args(false)->type_name(value)->group(quality_group);
 }
@@ -41,6 +44,7 @@ std::vector<std::string> mesh_formats_to_write() {
   return names;
 }
 
+// "maille" is not in formats(): the library's readers and writers are those of foreign formats.
 std::vector<std::string> formats_to_write() {
   std::vector<std::string> names = mesh_formats_to_write();
   names.push_back("maille");

@@ -35,6 +35,9 @@ struct Raw {
   std::string scheme = "butterfly";
 };
 
+/// The tree of verbs and options. Each add_...() makes one verb, whose words CLI11 writes into the options
+/// beside it or into `raw`; command_line.cpp turns these into a Command. Help, manual and completions are
+/// made from the same tree.
 struct Parser {
   CLI::App app{
       "maille compresses meshes: any polygons, every array, bit for bit unless a tolerance is given."};

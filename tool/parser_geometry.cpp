@@ -36,6 +36,7 @@ void Parser::add_stencil() {
       ->group(prediction_group);
   s->add_option("--noise", stencil.noise,
                 "Taylor: variance of the noise of known values, that of a mixed second derivative being 1")
+      // Chosen, not derived: far above any use, and far from overflow.
       ->check(CLI::Range(0.0, 1e12))
       ->type_name("X")
       ->group(prediction_group);
@@ -67,6 +68,7 @@ void Parser::add_subdivide() {
          {"butterfly", "sqrt3"})
       ->group(scheme_group);
   s->add_option("--levels", subdivide.subdivision.levels, "How often (default: 1)")
+      // 16 levels of the butterfly make 2^32 triangles of each one: more than points can be numbered.
       ->check(CLI::Range(1, 16))
       ->type_name("N")
       ->group(scheme_group);

@@ -42,6 +42,7 @@ Result<int> run(const ProbeOptions& options) {
   std::vector<ProbedValues> probed;
   for (const Vector3& place : places) {
     VolumeQuery query;
+    // A box of no size: of a volume in pieces only those are read whose boxes hold the place.
     query.region.box = Box{place, place};
     const Mesh& cells = *TOOL_TRY(input.cells(query));
     probed.push_back(probe(cells, std::span(&place, 1)).front());
@@ -55,6 +56,7 @@ Result<int> run(const ProbeOptions& options) {
     all = all && probed[i].inside;
   }
   TOOL_CHECK(answer(options.common.json ? dump(json) : text));
+  // The exit code tells scripts whether all places lie in cells, as that of diff tells whether meshes differ.
   return all ? 0 : 1;
 }
 

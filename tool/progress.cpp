@@ -71,6 +71,7 @@ struct ProgressDisplay::State {
 };
 
 bool ProgressDisplay::State::due(double fraction, bool new_stage) {
+  // Not a terminal: a line for each tenth, as a log wants it.
   if (look == Look::lines) {
     const int now = static_cast<int>(fraction * 10);
     return std::exchange(tenths, std::max(tenths, now)) < now;
@@ -81,6 +82,7 @@ bool ProgressDisplay::State::due(double fraction, bool new_stage) {
 }
 
 void ProgressDisplay::State::update(const ProgressReport& report, double amount, const std::string& unit) {
+  // Threads report side by side.
   const std::lock_guard lock(mutex);
   const bool new_stage = stage != report.stage;
   if (new_stage) {
@@ -99,6 +101,7 @@ void ProgressDisplay::State::show(double fraction, double amount, const std::str
   const double elapsed = seconds_since(stage_start);
   // The rate is that of the whole stage: rates of half a second would jump.
   const double rate = elapsed > 0 ? amount * fraction / elapsed : 0;
+  // As long again for each equal part: stages work at an even rate, mostly.
   const double left = fraction > 0 ? elapsed * (1 - fraction) / fraction : 0;
   if (look == Look::json) {
     const nlohmann::ordered_json line = {
@@ -110,6 +113,7 @@ void ProgressDisplay::State::show(double fraction, double amount, const std::str
   if (rate > 0) text += ", " + rate_text(rate, unit);
   if (elapsed > refresh_seconds && left >= 0.5) text += ", " + duration_text(left) + " left";
   if (look == Look::lines) return say(text);
+  // Padded to the width of the line before, so that nothing of a longer one is left.
   fmt::print(stderr, "\r{:<{}}", text, width);
   std::fflush(stderr);
   width = text.size();

@@ -25,6 +25,8 @@ class RecordedStdin final : public ByteStream {
     return count;
   }
   std::string name() const override { return "standard input"; }
+  // The reader owns this stream soon; these stay with the caller, who stops the recording and shows how much
+  // was read.
   std::shared_ptr<bool> recording() const { return recording_; }
   std::shared_ptr<uint64_t> bytes() const { return bytes_; }
 
@@ -177,6 +179,7 @@ EncodeReport report_of(const StreamOptions& options, const StreamReport& stream)
   report.connectivity.coded_bytes = stream.cell_bytes;
   report.order_bytes = stream.number_bytes;
   report.positions = report_of(options.positions, stream.points, stream.position_bytes, stream.errors[0]);
+  // What is left when all that is known was taken away: headers, checksums, index and metadata.
   report.other_bytes = stream.file_bytes - stream.cell_bytes - stream.number_bytes - stream.position_bytes;
   for (size_t i = 0; i < options.arrays.size(); ++i) {
     const uint64_t count = options.arrays[i].domain == Domain::point ? stream.points : stream.cells;

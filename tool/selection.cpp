@@ -13,6 +13,9 @@ namespace maille::tool {
 namespace {
 
 /// The own names of all arrays that are meant.
+/// A user may call an array by another format's name (arrays_called()); what is compared later are names of
+/// the mesh. `lenient`: a name that no array has is passed over, as in a batch whose meshes differ in their
+/// arrays.
 Result<std::set<std::string>> own_names(const std::vector<std::string>& names,
                                         const std::vector<Array>& arrays, const std::string& input,
                                         bool lenient) {
@@ -41,6 +44,8 @@ class SelectedArrays final : public MeshSource {
  public:
   SelectedArrays(std::unique_ptr<MeshSource> mesh, const std::vector<bool>& taken)
       : mesh_(std::move(mesh)), description_(mesh_->description()) {
+    // `taken` has the arrays on points and cells first, then those of the mesh, as select_arrays() put them
+    // together.
     const size_t elements = description_.arrays.size();
     for (size_t i = 0; i < elements; ++i) {
       if (taken[i]) arrays_.push_back(i);

@@ -186,6 +186,7 @@ std::string range_text(const ArrayInfo& array) {
   }
   std::vector<std::string> parts;
   for (const auto& [low, high] : ranges) {
+    // Low is above high where a component has no number at all.
     if (low <= high) parts.push_back(low == high ? number(low) : number(low) + ".." + number(high));
   }
   if (array.nans > 0) parts.push_back(fmt::format("{} NaN", array.nans));

@@ -19,6 +19,7 @@ double error_of(const ArrayInfo& info, const ArrayDifference& difference) {
 
 ArrayVerdict verdict_of(const ArrayInfo& info, const ArrayDifference& difference) {
   bool good = info.lossless ? difference.unequal == 0 : error_of(info, difference) <= info.bound;
+  // A norm bounds the length of a whole tuple, which the bounds of its components alone do not keep.
   if (info.asked.kind == Tolerance::Kind::norm && difference.maximum_norm > info.asked.value) good = false;
   return {info, difference, good};
 }

@@ -67,10 +67,12 @@ Result<VolumeInput> VolumeInput::open(const VolumeOptions& options) {
   return volume;
 }
 
+// A mesh that was read whole is its own answer to all queries: slice() and probe() look at each of its cells.
 Result<const Mesh*> VolumeInput::cells(const VolumeQuery& query) {
   if (!file_) return &mesh_;
   TOOL_CHECK(allow(*file_, query, input_));
   ExtractedVolume found = TOOL_TRY(file_->extract(query));
+  // A slice with holes, or a value from another cell, would look right; so damage ends the verb.
   if (!found.problems.empty()) return failure(ErrorCode::corrupt, found.problems.front());
   mesh_ = std::move(found.mesh);
   return &mesh_;
