@@ -17,6 +17,7 @@ class CallbackSource final : public Source {
   uint64_t size() const override { return size_; }
   Result<> read_at(uint64_t offset, std::span<std::byte> out) const override {
     const bool inside = offset <= size_ && out.size() <= size_ - offset;
+    // The caller's function is never asked for no bytes.
     if (out.empty() && inside) return {};
     if (inside && ask(offset, out)) return {};
     return failure(ErrorCode::cannot_read, name_ + ": " + std::to_string(out.size()) + " bytes from byte " +
@@ -89,6 +90,8 @@ std::string named(const char* name) {
 
 }  // namespace
 
+// Counts what has arrived, also where the write after it fails: maille_encode() refuses a sink that has
+// bytes.
 Result<> CountedSink::write(Bytes bytes) {
   auto written = sink_.target->write(bytes);
   if (written) sink_.size += bytes.size();

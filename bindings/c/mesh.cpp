@@ -44,6 +44,8 @@ Result<> take_tuples(Array& array, uint64_t tuples, const void* values, int32_t 
   return take(array.bytes, static_cast<const std::byte*>(values), tuples * array.tuple_size(), how, name);
 }
 
+/// Numbers of blocks and arrays come from callers: beyond the last one there is none, and functions of
+/// reading answer with nothing instead of an error, so that a loop needs no error object.
 const CellBlock* block_of(const maille_mesh* mesh, uint64_t block) {
   return mesh ? at(mesh->mesh.blocks, block) : nullptr;
 }
@@ -104,6 +106,7 @@ int32_t maille_mesh_add_block(maille_mesh* mesh, const char* name, int32_t cell_
     if (cells == std::numeric_limits<uint64_t>::max()) return wrong("cells: more than memory can hold");
     if (auto taken = take(block.connectivity, connectivity, entries, how, "connectivity"); !taken)
       return taken;
+    // No cells and no offsets is a block without cells; offsets that are given are taken even then.
     const uint64_t places = nodes == 0 && (cells > 0 || offsets) ? cells + 1 : 0;
     if (auto taken = take(block.offsets, offsets, places, how, "offsets"); !taken) return taken;
     const uint64_t typed = *type == CellType::mixed ? cells : 0;
@@ -152,6 +155,8 @@ int32_t maille_mesh_add_metadata(maille_mesh* mesh, const char* key, const char*
   });
 }
 
+// What is built piece by piece is checked here, or by maille_encode(); the functions before check only what
+// could not be put right later.
 int32_t maille_mesh_validate(const maille_mesh* mesh, maille_error* error) {
   return run(error, {{mesh, "mesh"}}, [&] { return validate(mesh->mesh); });
 }

@@ -21,6 +21,7 @@ Progress told(maille_progress progress, void* user) {
 
 template <class Options>
 Result<> set_threads(Options& options, uint32_t threads) {
+  // The options own the threads, which live as long as they do; 0 is the number of processors.
   options.executor = threads == 1 ? nullptr : thread_executor(threads);
   options.options.executor = options.executor.get();
   return {};

@@ -5,6 +5,8 @@
 
 namespace maille::wasm {
 
+// Pieces may overlap, as the page fetches ranges as it likes. The one that begins last is looked at first; an
+// earlier one may still reach farther.
 Bytes ArrivedBytes::here(uint64_t offset) const {
 #ifndef MAILLE_CHART_DECODER
   if (empty_) return {};
@@ -18,6 +20,7 @@ Bytes ArrivedBytes::here(uint64_t offset) const {
   return {};
 }
 
+// What is missing is noted in whole, not only its first byte: the page fetches it all before the next try.
 bool ArrivedBytes::take(uint64_t offset, std::span<std::byte> out) const {
   while (!out.empty()) {
     const Bytes found = here(offset);
@@ -43,6 +46,8 @@ Result<> ArrivedBytes::read_at(uint64_t offset, std::span<std::byte> out) const 
 }
 
 Result<> ArrivedBytes::read_many(std::span<const Part> parts) const {
+  // All parts are asked for even when the first has not arrived, so that one round trip brings what is
+  // missing of all.
   bool all = true;
   for (const Part& part : parts) {
     if (part.offset > size_ || part.out.size() > size_ - part.offset)
@@ -53,11 +58,13 @@ Result<> ArrivedBytes::read_many(std::span<const Part> parts) const {
   return tl::unexpected(Error{ErrorCode::network, name_ + ": bytes have not arrived yet"});
 }
 
+// Takes over the memory that the page has filled, also if it is not needed: then it is freed here.
 void ArrivedBytes::add(uint64_t offset, std::byte* bytes, size_t size) {
   Piece piece = {std::unique_ptr<std::byte, Free>(bytes), size};
   if (offset >= size_) return;
   piece.size = static_cast<size_t>(std::min<uint64_t>(size, size_ - offset));
   Piece& known = pieces_[offset];
+  // Of two pieces that begin at one place the longer one has all of the other.
   if (known.size < piece.size) known = std::move(piece);
 }
 

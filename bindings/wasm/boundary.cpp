@@ -11,6 +11,7 @@ namespace maille::wasm {
 namespace {
 
 constexpr uint32_t none = std::numeric_limits<uint32_t>::max();
+// Chosen, not swept: half of what addresses of 32 bits reach.
 constexpr uint64_t most_bytes = uint64_t{2} << 30;
 
 size_t tuple_size_of(std::span<const StreamArray> arrays) {
@@ -73,6 +74,7 @@ Result<> Boundary::add(const StreamPortion& piece) {
   add_points(piece);
   for (size_t i = 0; i < piece.cell_count(); ++i) add_cell(piece, i);
   end_points(piece);
+  // Held against the limit after each portion, whose size the reader bounds.
   const uint64_t held = vertex_values_.held() + cell_values_.held() + faces_.size() * sizeof(Face) +
                         nodes_.size() * sizeof(uint32_t);
   if (held <= most_bytes && cells_ < none) return {};
@@ -85,6 +87,8 @@ void Boundary::add_points(const StreamPortion& piece) {
   for (size_t i = 0; i < piece.points.size(); ++i) {
     const uint32_t vertex = vertex_values_.add();
     if (vertex == vertices_.size()) vertices_.emplace_back();
+    // The point itself is one use, up to end_points(); each face that is kept is another. At 0 its tuples are
+    // free for the next vertex.
     vertices_[vertex] = {static_cast<uint32_t>(piece.points[i]), 1};
     std::byte* values = vertex_values_.at(vertex);
     std::memcpy(values, piece.positions.data() + i * size, size);
@@ -121,6 +125,8 @@ void Boundary::add_cell(const StreamPortion& piece, size_t i) {
   ++cells_;
 }
 
+// A multiplier of Fibonacci hashing (Knuth, The Art of Computer Programming, vol. 3, 6.4). Collisions only
+// cost a comparison: find_open() compares all corners.
 uint32_t& Boundary::bucket_of(std::span<const uint32_t> sorted) {
   uint64_t hash = sorted.size();
   for (const uint32_t node : sorted) hash = (hash ^ node) * 0x9e3779b97f4a7c15u;
@@ -229,6 +235,7 @@ Drawable Boundary::finish() {
   for (const uint32_t number : faces_in_order()) {
     const Face& face = faces_[number];
     const auto nodes = nodes_of(face);
+    // A fan around the first corner, as everywhere in maille.
     for (size_t k = 2; k < nodes.size(); ++k) {
       for (const size_t corner : {size_t{0}, k - 1, k})
         drawable.triangles.push_back(vertex_of(nodes[corner]));

@@ -50,6 +50,7 @@ class FaceTable {
       times_[at] = 2;  // twice or more: the same
       return;
     }
+    // Half full at most, so that runs of taken places stay short.
     if (2 * ++count_ > keys_.size()) {
       grow();
       at = place_of(key);
@@ -60,6 +61,8 @@ class FaceTable {
   bool is_single(std::span<const uint32_t> points) const { return times_[place_of(key_of(points))] == 1; }
 
  private:
+  // The finalizer of SplitMix64 (Steele, Lea and Flood 2014). Sums of mixed numbers do not depend on the
+  // order of corners.
   static uint64_t mixed(uint64_t x) {
     x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9;
     x = (x ^ (x >> 27)) * 0x94D049BB133111EB;

@@ -58,6 +58,8 @@ std::string counted(uint64_t count, const std::string& singular, const std::stri
   return std::to_string(count) + " " + (count == 1 ? singular : plural);
 }
 
+// Percent signs as in addresses (RFC 3986, 2.1): a name becomes one word of printable ASCII, which a line of
+// text can hold. A name of no letters is "%", which nothing else becomes.
 std::string to_word(std::string_view name) {
   static constexpr char digits[] = "0123456789ABCDEF";
   if (name.empty()) return "%";

@@ -25,6 +25,7 @@ Tolerance tolerance_of(const Bound& bound) {
 }
 
 /// What the Python side chose, in one tuple.
+// Its entries are in the order of maille/_codec.py.
 EncodeOptions encode_options(const py::tuple& given) {
   EncodeOptions options;
   options.mode = static_cast<Mode>(given[0].cast<int>());
@@ -75,6 +76,7 @@ py::dict dict_of(const EncodeReport& report) {
   return all;
 }
 
+// The bytes are copied once, into an object of Python; the vector cannot be given away.
 py::tuple encode_to_bytes(const SharedMesh& self, const py::tuple& given, const py::object& progress) {
   EncodeOptions options = encode_options(given);
   std::vector<std::byte> bytes;

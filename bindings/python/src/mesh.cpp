@@ -88,6 +88,7 @@ SharedMesh mesh_from(const py::array& points, const py::list& blocks, const py::
   for (const py::handle& block : blocks) mesh.blocks.push_back(block_from(block.cast<py::tuple>()));
   for (const py::handle& array : arrays) mesh.arrays.push_back(array_from(array.cast<py::tuple>()));
   mesh.metadata = std::move(metadata);
+  // Arrays of numpy are as hostile as files: numbers of points that do not exist would be read as memory.
   take(validate(mesh));
   return shared(std::move(mesh));
 }

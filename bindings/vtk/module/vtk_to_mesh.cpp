@@ -85,6 +85,8 @@ Array points_of(vtkDataSet& data) {
   return points;
 }
 
+/// A mesh of a data set of VTK. Numbers of arrays are borrowed where they lie; cells are copied, as VTK's are
+/// in other arrays, of other types. What a mesh has no place for is named in the notes.
 class Converter {
  public:
   explicit Converter(vtkDataSet& data) : data_(data) {}
@@ -142,6 +144,8 @@ class Converter {
     std::vector<std::pair<uint64_t, CellType>> blocks;
     uint64_t cells = 0;
     for (vtkIdType b = 0; b < sizes->GetNumberOfTuples(); ++b) {
+      // GetComponent() gives doubles of any type; anybody may have written them, so they are held against the
+      // cells that are left before they become integers.
       const double size = sizes->GetComponent(b, 0), type = sizes->GetComponent(b, 1);
       if (!(size >= 0 && size <= static_cast<double>(count - cells) && type >= 1 && type <= 255))
         return false;

@@ -7,6 +7,9 @@
 
 namespace maille {
 
+// OpenFOAM's words hold no blanks, quotes, brackets or signs that mean something in a dictionary, and must
+// not look like numbers. What a word cannot hold becomes "_", so two names may become one; FoamNames tells
+// them apart again.
 std::string foam_word(const std::string& name) {
   std::string word;
   for (const char c : name) {

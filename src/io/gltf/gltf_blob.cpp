@@ -57,6 +57,8 @@ Result<GltfLink> link_from_json(const GltfJson& object, const std::string& where
   return link;
 }
 
+// A block's points, rising, are the vertices of its primitive; `alone`: all points are, also those that no
+// triangle has.
 std::vector<uint32_t> gltf_vertices(const Mesh& mesh, const std::vector<uint64_t>& blocks, bool alone) {
   std::vector<uint32_t> vertices;
   if (alone) {
@@ -98,6 +100,8 @@ std::vector<uint32_t> gltf_indices(const CellBlock& block, const std::vector<uin
   return indices;
 }
 
+// glTF 2.0, 3.6.2.2: the numbers are those of OpenGL. 5124, signed integers of 32 bits, is left out there; 0
+// says that a type cannot be stored.
 int gltf_component_type(Scalar type) {
   switch (type) {
     case Scalar::i8:
@@ -130,6 +134,7 @@ void set_gltf_limits(GltfJson& accessor, const Array& array, const std::vector<u
       low = std::min(low, value);
       high = std::max(high, value);
     }
+    // No finite value: JSON has no infinity, and the standard wants numbers.
     if (low > high) low = high = 0;
     if (is_float(array.type)) {
       accessor["min"].push_back(low);

@@ -123,6 +123,7 @@ Result<> GltfReader::walk_scene() {
   uses_.assign(model_.meshes.size(), model_.scenes.empty() ? 1 : 0);
   visited_.assign(model_.nodes.size(), false);
   if (model_.scenes.empty()) return {};
+  // Without a default the first scene is read: the standard leaves it to the reader.
   const int scene = std::max(model_.defaultScene, 0);
   if (static_cast<size_t>(scene) >= model_.scenes.size()) {
     return malformed("the default scene is " + std::to_string(scene) + ", but there are " +
@@ -222,6 +223,8 @@ void widen(const GltfLayout& layout, std::span<const std::byte> from, std::byte*
 }
 
 Result<> GltfReader::read_points() {
+  // Two passes: the first takes all of it from the budget before anything is reserved, and finds out which
+  // type holds all positions.
   std::vector<GltfLayout> layouts;
   uint64_t total = 0;
   for (Group& group : groups_) {
@@ -323,6 +326,8 @@ Result<std::vector<uint32_t>> GltfReader::read_indices(const Part& part) {
       (layout.type != Scalar::u8 && layout.type != Scalar::u16 && layout.type != Scalar::u32)) {
     return malformed(where + " are not unsigned integers");
   }
+  // An accessor without a buffer view costs no bytes of the file, so its claimed count is held against the
+  // budget.
   MAILLE_CHECK(budget_.take(accessor->count, sizeof(uint32_t) + size_of(layout.type)));
   std::vector<std::byte> bytes(accessor->count * layout.tuple_size());
   MAILLE_CHECK(accessors_.read(*accessor, layout, where, bytes));

@@ -19,6 +19,7 @@ using json = GltfWriter::Json;
 
 const std::byte* GltfWriter::tuple(const GltfAttribute& attribute, uint64_t point) const {
   const Array& array = *attribute.array;
+  // The largest tuple of an attribute: 16 components of 8 bytes.
   static constexpr std::array<std::byte, 16 * 8> zeros{};
   if (array.domain != Domain::corner) {
     const uint64_t old = cells_.old_point.empty() ? point : cells_.old_point[point];
@@ -106,6 +107,7 @@ void GltfWriter::add_indices() {
                                       {"count", primitive.indices.size()},
                                       {"type", "SCALAR"}});
     const uint64_t size = primitive.indices.size() * (is_16_bit ? 2 : 4);
+    // glTF wants accessors at multiples of their components' size; 4 suits both kinds of indices.
     binary_size_ += (size + 3) / 4 * 4;
   }
   if (binary_size_ == first) return;
@@ -182,6 +184,7 @@ bool GltfWriter::add_nodes_from_metadata(std::vector<std::vector<size_t>>& meshe
   for (const json& node : nodes) {
     if (!node.is_object()) return false;
     kept.push_back(node);
+    // Their targets are not in the mesh, so the numbers would name nothing.
     for (const char* gone : {"skin", "camera", "extensions"}) kept.back().erase(gone);
     if (node.contains("children") && !all_below(node["children"], nodes.size())) return false;
     if (!node.contains("mesh")) continue;
@@ -292,6 +295,7 @@ void GltfWriter::put_binary(BufferedWriter& out) const {
 
 Result<> GltfWriter::write_glb() {
   std::string text = document_.dump(-1, ' ', false, json::error_handler_t::replace);
+  // GLB: chunks begin at multiples of 4 bytes, and JSON is filled up with blanks (glTF 2.0, 4.4.3.2).
   while (text.size() % 4 != 0) text += ' ';
   const uint64_t size = 12 + 8 + text.size() + (binary_size_ == 0 ? 0 : 8 + binary_size_);
   if (size > UINT32_MAX) {

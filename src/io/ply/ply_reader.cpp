@@ -168,6 +168,8 @@ class PlyReader {
     } else if (holds_strips(element)) {
       MAILLE_CHECK(take_strips(element, table));
     } else {
+      // An element of arrays that hints describe was written by maille for arrays of the mesh; it comes back
+      // by itself.
       const bool own =
           !table.values.empty() && std::all_of(table.values.begin(), table.values.end(),
                                                [](const PlyValues& values) { return values.column.hinted; });

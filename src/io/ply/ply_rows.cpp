@@ -23,6 +23,7 @@ uint64_t ply_count_at(const Array& counts, uint64_t row) {
   return value;
 }
 
+// The same row in binary and in text: only numbers(), which all values go through, knows the encoding.
 void PlyRowWriter::write(PlyOutElement& element, uint64_t row, uint64_t corner,
                          std::span<const uint32_t> nodes) {
   first_ = true;
@@ -91,6 +92,7 @@ void PlyRowWriter::count(uint64_t value, Scalar type) {
 }
 
 void PlyRowWriter::indices(std::span<const uint32_t> nodes, Scalar type) {
+  // Points have 32 bits in memory, and rarely others in files: these are written as they lie.
   if (size_of(type) == 4) {
     numbers(std::as_bytes(nodes).data(), type, nodes.size());
   } else {

@@ -104,6 +104,8 @@ class StlWriter {
 
   void write_head() {
     if (ascii_) return;
+    // The format's own size. What is remembered may begin with "solid", as many binary files do; programs
+    // that go by this word alone take such a file for text.
     header_.resize(80);
     out_.put(header_);
     out_.put_raw(static_cast<uint32_t>(facets_));
@@ -117,6 +119,7 @@ class StlWriter {
     solid_ = value;
     if (solids_ != nullptr)
       name_ = value < solids_->labels.size() ? solids_->labels[value] : std::to_string(value);
+    // A line end in a name would begin another statement.
     std::replace(name_.begin(), name_.end(), '\n', ' ');
     std::replace(name_.begin(), name_.end(), '\r', ' ');
     out_.put(name_.empty() ? "solid\n" : "solid " + name_ + "\n");
@@ -147,6 +150,8 @@ class StlWriter {
     std::array<T, 3> normal{};
     if (normals_ != nullptr) {
       normal = tuple_of(*normals_, cell);
+      // Computed where the mesh has none, unless it came from a file whose normals were all zero, as some
+      // programs write them.
     } else if (!zero_normals_) {
       normal = facet_normal<T>(corners);
     }

@@ -7,6 +7,7 @@ namespace maille {
 
 bool was_vtk_text(const std::vector<std::pair<std::string, std::string>>& metadata, Domain domain,
                   const std::string& name) {
+  // Line ends on both sides, so that the name of one array is not found within that of another.
   const std::string line = "\n" + std::string(name_of(domain)) + " " + name + "\n";
   for (const auto& [key, value] : metadata) {
     if (key == vtk_text_key && ("\n" + value + "\n").find(line) != std::string::npos) return true;
@@ -28,12 +29,15 @@ std::vector<std::string> vtk_texts_of(const Array& array) {
   const size_t count = array.count() * array.components;
   for (size_t i = 0; i < count; ++i) {
     const uint64_t number = integer_at(array, i);
+    // Somebody has changed numbers or labels since: then it is written as numbers.
     if (number >= array.labels.size()) return {};
     texts.push_back(array.labels[number]);
   }
   return texts;
 }
 
+// Texts become labels: each text gets the next number when it comes up first. The numbers go on from piece to
+// piece of a file, so that pieces can be joined.
 Array VtkTexts::numbers(const std::string& name, Domain domain, uint32_t components,
                         const std::vector<std::string>& texts) {
   Labels& labels = arrays_[{domain, name}];
@@ -48,6 +52,7 @@ Array VtkTexts::numbers(const std::string& name, Domain domain, uint32_t compone
   return array;
 }
 
+// Labels are given at the end, when the texts of all pieces are known.
 void VtkTexts::finish(Mesh& mesh) {
   for (Array& array : mesh.arrays) {
     const auto found = arrays_.find({array.domain, array.name});

@@ -15,11 +15,14 @@ Role role_of_name(std::string_view name) {
 
 }  // namespace
 
+// Negative numbers wrap to large ones, which are above the number of any label.
 uint64_t integer_at(const Array& array, size_t i) {
   const std::byte* at = array.bytes.data() + i * size_of(array.type);
   return with_type(array.type, [&](auto zero) { return static_cast<uint64_t>(load<decltype(zero)>(at)); });
 }
 
+// A mark of our own says exactly what an array was; of other programs' files the active attributes of VTK
+// tell as much as they can.
 Role vtk_role_of(const Array& array, pugi::xml_node data, pugi::xml_node node) {
   if (const pugi::xml_attribute mark = node.attribute("maille_role")) return role_of_name(mark.as_string());
   const auto active = [&](const char* attribute) {
@@ -37,6 +40,7 @@ void VtkFieldData::give_labels(Array& array) {
   if (array.role == Role::label) array.labels = take_strings(array.name + "_labels");
 }
 
+// What is taken is gone: the rest becomes arrays and metadata of the mesh (move_to()).
 std::vector<std::string> VtkFieldData::take_strings(const std::string& name) {
   for (auto found = strings.begin(); found != strings.end(); ++found) {
     if (found->name != name) continue;
