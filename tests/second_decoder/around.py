@@ -1,16 +1,14 @@
 """Section 12.3 of docs/format.md, and 13.2 where it codes arrays in the same way: numbers by what is around."""
 
 import copy
-import math
-import struct
 from bisect import bisect_left
 from collections import defaultdict
 
 import numpy as np
 
-from codes import Details, Map, bits_of, clamp, exponent_of, wrap
-from container import Fields, require, unzigzag
-from entropy import CodedSequence, RawBits, StaticSymbols, Symbol, bits, symbols, tables
+from codes import Details, Map, bits_of, clamp, clamp_nan, exponent_of, wrap
+from container import Fields, require
+from entropy import CodedSequence, RawBits, StaticSymbols, bits, symbols, tables
 
 WIDE, GATE, VALENCES, SPREAD, LISTED, CANDIDATES, REFINED, SHEARED, POLYGONS = (1 << i for i in range(9))
 FOCUS, NEXT, BEYOND, LATE0, LATE1, LATE2, BEFORE, LAST = range(8)
@@ -18,32 +16,14 @@ DEGREES = [60, 60, 60, 60, 30, 12, 0, -9, -15, -20, -24]
 CLOSING = (0, 2, 5, 9)
 
 
-def degree(valence):
-    return DEGREES[min(valence, 10)]
-
-
-def exceptions(section, kind):
-    """13.1: bits of numbers by place."""
-    found, place = {}, 0
-    if not section:
-        return found
-    fields = Fields(section)
-    for i in range(fields.count()):
-        gap = fields.count()
-        require(i == 0 or gap, "exceptions do not rise")
-        place += gap
-        found[place] = int.from_bytes(fields.take(int(kind[1])), "little")
-    fields.end()
-    return found
-
-
 class Element:
-    """References by number, in the order focus, next, beyond, late 0 to 2, before, last; late triple; place."""
+    """References by number, in the order of their weights; those that are not given are the focus."""
 
     __slots__ = ("refs", "late", "place", "swapped")
 
-    def __init__(self, refs, late, place, swapped=False):
-        self.refs, self.late, self.place, self.swapped = refs, late, place, swapped
+    def __init__(self, focus, last=None, before=None, next_=None, beyond=None, late=None, place=13, swapped=False):
+        self.refs = [focus if r is None else r for r in (focus, next_, beyond, *(late or [None] * 3), before, last)]
+        self.late, self.place, self.swapped = late is not None, place, swapped
 
     @property
     def closing(self):
@@ -54,76 +34,64 @@ class Element:
         return 0 if self.place == 13 else 1 + self.closing + self.late
 
 
-def alone(before):
-    return Element((before,) * 8, False, 13)
+def exceptions(section, kind):
+    """13.1: bits of numbers by place."""
+    found, place, fields = {}, 0, Fields(section)
+    for i in range(fields.count() if section else 0):
+        gap = fields.count()
+        require(i == 0 or gap, "exceptions do not rise")
+        place += gap
+        found[place] = fields.number({1: "B", 2: "H", 4: "I", 8: "Q"}[int(kind[1])])
+    fields.end()
+    return found
 
 
 def useful(place, late):
     if place == 13:
         return []
-    if place < 10:
-        refs = [FOCUS, NEXT, BEYOND]
-    elif place < 14:
-        refs = [FOCUS]
-    else:
-        refs = [FOCUS] + ([NEXT] if place == 18 else []) + ([BEYOND] if place in (17, 18) else [])
+    refs = {FOCUS, BEFORE}
+    if place < 10 or place in (17, 18):
+        refs |= {BEYOND} if place == 17 else {NEXT, BEYOND}
     if late:
-        refs += [LATE0, LATE1, LATE2] if place < 14 else [LATE2]
-    return sorted(refs + [BEFORE])
+        refs |= {LATE0, LATE1, LATE2} if place < 14 else {LATE2}
+    return sorted(refs)
 
 
 def plain_weights(place, late):
     """Of w0 to w6, in 1/128."""
-    w = [0] * 7
-    if place >= 14:
-        w[FOCUS], w[BEFORE] = 128, -128
-        if place == 17:
-            w[FOCUS], w[BEYOND], w[BEFORE] = 104, -40, -40
+    w, closing = [0] * 7, place in CLOSING
+    if place == 17:
+        w[FOCUS], w[BEYOND], w[BEFORE] = 104, -40, -40
+    elif place >= 14:
+        w[FOCUS], w[BEFORE] = 128, {19: -207, 20: -256}.get(place, -128)
         if place == 18:
             w[BEYOND], w[NEXT] = -128, 128
-        if place in (19, 20):
-            w[BEFORE] = -207 if place == 19 else -256
-        return w
-    if place == 13:
-        return w
-    closing = place in CLOSING
-    share = 128 // (1 + closing + late)
-    w[FOCUS] += share
-    w[BEFORE] -= share
-    if closing:
-        w[FOCUS] += share
-        w[NEXT] += share
-        w[BEYOND] -= share
-    if late:
-        w[LATE0] += share
-        w[LATE1] += share
-        w[LATE2] -= share
+    elif place != 13:
+        share = 128 // (1 + closing + late)
+        for there, refs in ((True, (FOCUS, None, BEFORE)), (closing, (FOCUS, NEXT, BEYOND)), (late, (LATE0, LATE1, LATE2))):
+            for r, sign in zip(refs, (1, 1, -1)):
+                if there and r is not None:
+                    w[r] += sign * share
     return w
 
 
 def read_rows(side, groups):
     """For each group six rows of seven weights."""
-    kept_model, length, made = bits(), symbols(), []
+    kept_model, length, rows = bits(), symbols(), np.zeros((groups, 6, 7), "i4")
     for group in range(groups):
         place, late = group // 2, bool(group % 2)
-        rows = [plain_weights(place, late)] + [[0] * 7 for _ in range(5)]
-        made.append(rows)
-        refs = useful(place, late)
-        if not refs:
-            continue
-        kept = 0
-        while kept < 2 and side.bit(kept_model[kept]):
+        rows[group, 0] = plain_weights(place, late)
+        refs, kept = useful(place, late), 0
+        while refs and kept < 2 and side.bit(kept_model[kept]):
             kept += 1
         for t in range((0, 1, 6)[kept]):
-            if t == 4 and place >= 10:
-                continue
-            for r in refs:
+            for r in refs if t != 4 or place < 10 else []:
                 n = side.symbol(length[t > 0])
                 if n:
                     negative = side.raw(1)
                     m = (1 << n - 1) + side.raw(n - 1)
-                    rows[t][r] = wrap(rows[t][r] + (-m if negative else m), 16)
-    return made
+                    rows[group, t, r] = wrap(int(rows[group, t, r]) + (-m if negative else m), 16)
+    return rows.astype("f4") / np.array([128] + 5 * [4096], "f4")[:, None]
 
 
 def read_dictionary(side):
@@ -136,8 +104,7 @@ def read_dictionary(side):
     values = [wrap(value | side.raw(32) << 32, 64)]
     for _ in range(n - 1):
         length = before = side.symbol(gap[before])
-        if length == 15:
-            length += side.raw(6)
+        length += side.raw(6) if length == 15 else 0
         require(length <= 62, "a gap that is too large")
         step = 1
         if length:
@@ -150,18 +117,14 @@ def read_dictionary(side):
 class Header:
     """The fields of 12.3 up to `side`, which a set of charts has in common (17.7)."""
 
-    def __init__(self, fields, dtype, n, corners=False, exceptions_here=True, details_here=True, placement=0):
-        self.placement, self.n = placement, n
-        self.flags = fields.count(511)
+    def __init__(self, fields, dtype, n, shared=False):
+        self.n, self.flags = n, fields.count(511)
         self.wide = bool(self.flags & WIDE)
         self.maps = [Map(fields, dtype) for _ in range(n)]
         self.kind = self.maps[0].dtype if not self.maps[0].has_factor else "f8"
-        self.details, self.details_data = None, None
-        if self.flags & REFINED:
-            self.details = Details(fields, dtype, n)
-            self.details_data = fields.section() if details_here else None
-        self.exceptions = exceptions(fields.section(), self.kind) if exceptions_here else {}
-        self.order = self.weights = None
+        self.details = Details(fields, dtype, n) if self.flags & REFINED else None
+        self.own(fields, not shared)
+        self.order = None
         if self.flags & SHEARED:
             self.order = [fields.u8() for _ in range(n)]
             self.weights = [fields.zigzag() for _ in range(n * (n - 1) // 2)]
@@ -173,38 +136,54 @@ class Header:
         side = CodedSequence(fields.section())
         self.rows = read_rows(side, 42 if self.flags & POLYGONS else 28)
         self.listed, self.candidates = bool(self.flags & LISTED), bool(self.flags & CANDIDATES)
-        self.dictionaries = [read_dictionary(side) for _ in range(n)] if self.listed or self.candidates else [[]] * n
+        self.dictionaries = [read_dictionary(side) if self.listed or self.candidates else [] for _ in range(n)]
         self.E = 16 if self.flags & SPREAD else 1
         self.residual = tables(side, 64 * n * self.E, 64, 24, 10)
-        if self.listed:
-            self.listed_tables = tables(side, 8**n, 2**n, 16, 10)
-        if self.listed or self.candidates:
-            self.index = tables(side, 512, 16, 24, 10)
-        if self.candidates:
-            self.candidate = tables(side, 1600 * n, 9, 16, 10)
+        self.listed_tables = tables(side, 8**n, 2**n, 16, 10) if self.listed else None
+        self.index = tables(side, 512, 16, 24, 10) if self.listed or self.candidates else None
+        self.candidate = tables(side, 1600 * n, 9, 16, 10) if self.candidates else None
         side.end()
+
+    def own(self, fields, here=True):
+        """What a chart has of its own."""
+        self.details_data = fields.section() if self.details and here else None
+        self.exceptions = exceptions(fields.section(), self.kind) if here else {}
+
+    def stored(self, codes, kind):
+        """Codes as rows of an array of this kind, exceptions and details in place."""
+        made = np.zeros((len(codes), self.n), kind)
+        as_bits = made.view("u" + kind[1])
+        if self.details:
+            for i, row in enumerate(self.details.read(self.details_data, self.maps, codes)):
+                made[i] = row
+        else:
+            for i, row in enumerate(codes):
+                as_bits[i] = [m.stored(wrap(c, 32) if int(kind[1]) <= 4 else c, kind) for m, c in zip(self.maps, row)]
+        put_exceptions(made, self.exceptions)
+        return made
+
+
+def put_exceptions(rows, found):
+    for place, value in found.items():
+        require(place < rows.size, "an exception of no number")
+        rows.view("u" + rows.dtype.str[2:]).reshape(-1)[place] = value
 
 
 class Numbers:
     """Decodes the codes of all elements, component by component."""
 
-    def __init__(self, header, elements, raw, data, valence=None, weights=None):
-        """`weights(e)`: with a placement, what positions say: (w0 to w6, of last, turned ones or None)."""
+    def __init__(self, header, elements, raw, data, valence=None, placed=None):
+        """`placed(v, element)`: with a placement, what positions say (13.2)."""
         h = self.h = header
-        self.elements, self.valence, self.placed = elements, valence, weights
+        self.elements, self.valence, self.placed = elements, valence, placed
         self.real = np.float64 if h.wide else np.float32
         n, count = h.n, len(elements)
-        lanes = 1 + (min(n, 3) if h.listed else n - 1)
-        self.symbols, self.raw = StaticSymbols(data, lanes, 5, 2, 10, 2**24), RawBits(raw)
+        self.symbols, self.raw = StaticSymbols(data, 1 + (min(n, 3) if h.listed else n - 1), 5, 2, 2**24), RawBits(raw)
         self.codes = [list(h.bias) for _ in range(count)]
-        self.values = np.zeros((count + 1, n), self.real)  # numbers, the last row stands for those that do not exist
-        self.sizes = [[0] * n for _ in range(count)]
-        self.decoded = [False] * count
+        self.values = np.zeros((count + 1, n), self.real)  # the last row stands for those that do not exist
+        self.sizes, self.chosen, self.indices = ([[x] * n for _ in range(count)] for x in (0, 0, None))
         self.listed = [2**n - 1] * count
-        self.chosen = [[0] * n for _ in range(count)]  # M(r)
-        self.indices = [[None] * n for _ in range(count)]
-        self.mirrored = False
-        self.row_weights = {}
+        self.mirrored, self.known_weights = False, {}
         with np.errstate(all="ignore"):
             for v in range(count):
                 self.element(v)
@@ -215,74 +194,49 @@ class Numbers:
 
     def weights_of(self, v, element):
         """w0 to w6 and that of last."""
-        h, real = self.h, self.real
-        if not h.rows:
-            w = [np.float32(0)] * 7
-        else:
-            key = 2 * element.place + element.late
-            degrees = ()
-            if h.flags & VALENCES:
-                f, n, _, _, _, _, b, l = element.refs
-                degrees = tuple(degree(self.valence[r]) for r in (f, l, b, n, v))
-            w = self.row_weights.get((key, degrees))
-            if w is None:
-                w = []
-                for r in range(7):
-                    x = np.float32(h.rows[key][0][r]) / np.float32(128)
-                    for t, d in enumerate(degrees):
-                        x = x + np.float32(d) * (np.float32(h.rows[key][t + 1][r]) / np.float32(4096))
-                    w.append(x)
-                self.row_weights[key, degrees] = w
-        return w, self.last_weight(w)
-
-    def last_weight(self, w):
-        if self.h.wide:
-            x = 1.0
-            for wi in w:
-                x = x - float(wi)
-            return np.float64(x)
-        one = np.float32(1)
-        return one - (((w[0] + w[4]) + (w[1] + w[5])) + ((w[2] + w[6]) + w[3]))
+        degrees, group = (), 2 * element.place + element.late
+        if self.h.flags & VALENCES:
+            r = element.refs
+            degrees = tuple(DEGREES[min(self.valence[i], 10)] for i in (r[FOCUS], r[LAST], r[BEFORE], r[NEXT], v))
+        if (group, degrees) not in self.known_weights:
+            rows = self.h.rows[group]
+            w = rows[0]
+            for row, d in zip(rows[1:], degrees):
+                w = w + np.float32(d) * row
+            last = np.float32(1) - (((w[0] + w[4]) + (w[1] + w[5])) + ((w[2] + w[6]) + w[3]))
+            self.known_weights[group, degrees] = [*w, last_of_wide(w) if self.h.wide else last]
+        return self.known_weights[group, degrees]
 
     def element(self, v):
         h, element, real = self.h, self.elements[v], self.real
-        focus, next_, beyond, late0, late1, late2, before, last = (self.values[r] for r in element.refs)
-        turned = None
-        if self.placed:
-            w, w_last, turned = self.placed(v, element)
-        else:
-            w, w_last = self.weights_of(v, element)
-        w = [real(x) for x in w]
-        fitted = w[0] * focus + w[1] * next_ + w[2] * beyond + w[3] * late0 + w[4] * late1 + w[5] * late2 + w[6] * before + real(w_last) * last
+        values = [self.values[r] for r in element.refs]
+        focus, next_, beyond, late0, late1, late2, before, last = values
+        w, turned = self.placed(v, element, h.wide) if self.placed else (self.weights_of(v, element), None)
+        fitted = real(w[0]) * focus
+        for x, value in zip(w[1:], values[1:]):
+            fitted = fitted + real(x) * value
         gate = (focus - before) + last
         c = ((focus - beyond) + next_) - gate if element.closing else 0 * gate
         t = ((late0 - late2) + late1) - gate if element.late else 0 * gate
         n = element.parallelograms
-        share = real(0 if element.place >= 14 else 0.25 if n == 3 else 0.5)
-        mean = gate + (c + t) * share
+        mean = gate + (c + t) * real(0 if element.place >= 14 else 0.25 if n == 3 else 0.5)
         if turned is not None:
             fitted = self.turn(fitted, element, turned)
         spread = np.maximum(np.abs(mean - fitted), np.maximum(np.abs(c), np.abs(t)) / real(2))
         self.forecast = fitted, gate, c, t
-        if h.flags & GATE:
-            centre, apart = [self.to_code(k, gate[k]) for k in range(h.n)], fitted - gate
-        else:
-            centre, apart = [self.to_code(k, fitted[k]) for k in range(h.n)], mean - fitted
-        self.symbols_of(v, element, n, centre, apart, spread)
+        around, other = (gate, fitted) if h.flags & GATE else (fitted, mean)
+        self.symbols_of(v, element, n, [self.to_code(k, around[k]) for k in range(h.n)], other - around, spread)
 
     def turn(self, fitted, element, turned):
-        """13.2: placement 2 and 3."""
-        h, real = self.h, self.real
-        ref = [self.values[r] for r in element.refs]
-        tf, tn, t0, t1 = (real(x) for x in turned)
+        """13.2: placements 2 and 3."""
+        real, ref = self.real, [self.values[r] for r in element.refs]
         E, F = ref[LAST] - ref[FOCUS], ref[BEFORE] - ref[FOCUS]
         area = E[0] * F[1] - E[1] * F[0]
-        if area < 0:
-            self.mirrored = not element.swapped
-        elif area > 0:
-            self.mirrored = element.swapped
+        if area != 0 and area == area:
+            self.mirrored = (area < 0) != element.swapped
+        tf, tn, t0, t1 = (real(x) for x in turned)
         way = ref[FOCUS] * tf + ref[NEXT] * tn + ref[LATE0] * t0 + ref[LATE1] * t1 + ref[LAST] * -(tf + tn + t0 + t1)
-        steps = [1.0 if m.curved or h.kind == "i4" else m.as_double(1) - m.as_double(0) for m in h.maps]
+        steps = [1.0 if m.curved or self.h.kind == "i4" else float(m.number(1)) - float(m.number(0)) for m in self.h.maps]
         ratio = real(steps[1] / steps[0])
         move = np.array([way[1] * ratio, -way[0] / ratio], real)
         return fitted - move if self.mirrored != element.swapped else fitted + move
@@ -293,77 +247,59 @@ class Numbers:
             return self.h.bias[k] + int(np.rint(clamp(x, -(2.0**21), 2.0**21) if x == x else 0.0))
         if self.h.maps[k].curved:
             return self.h.maps[k].code(x)
-        x = clamp(x, -(2.0**62), 2.0**62)
-        return int((x + 3 * 2.0**51) - 3 * 2.0**51)
+        return int((clamp(x, -(2.0**62), 2.0**62) + 3 * 2.0**51) - 3 * 2.0**51)
 
     def number(self, k, code):
         if not self.h.wide:
             return code - self.h.bias[k]
-        if self.h.maps[k].curved:
-            return clamp(self.h.maps[k].value(code), -1e37, 1e37)
-        return float(code)
+        return clamp(self.h.maps[k].value(code), -1e37, 1e37) if self.h.maps[k].curved else float(code)
 
     # --- symbols
 
-    def octaves(self, k, spread, centre):
-        if not self.h.wide:
-            return (struct.unpack("<I", struct.pack("<f", spread))[0] >> 23 & 255) - 125
-        e = exponent_of(float(spread))
-        if self.h.maps[k].curved:
-            m = self.h.maps[k]
-            return e - exponent_of(m.value(centre + 1) - m.value(centre)) + 2
-        return e - 1021
-
-    def context(self, v, k, element, n, spread, centre):
-        h, r, sizes = self.h, element.refs, self.sizes
-        total = 2 * sizes[r[LAST]][k] + 2 * sizes[r[FOCUS]][k] + sizes[r[BEFORE]][k] + sizes[r[NEXT]][k]
-        a = clamp((total + 3) // 6 - h.first_size, 0, 15)
-        e = clamp(self.octaves(k, spread, centre) - h.first_spread, 0, 15) if h.flags & SPREAD else 0
-        return ((4 * k + n) * 16 + a) * h.E + e
+    def context(self, k, element, n, spread, centre):
+        h, m, sizes = self.h, self.h.maps[k], [self.sizes[r][k] for r in element.refs]
+        a = clamp((2 * sizes[LAST] + 2 * sizes[FOCUS] + sizes[BEFORE] + sizes[NEXT] + 3) // 6 - h.first_size, 0, 15)
+        if not h.flags & SPREAD:
+            return (4 * k + n) * 16 + a
+        if h.wide:
+            octaves = exponent_of(float(spread)) - (exponent_of(m.value(centre + 1) - m.value(centre)) - 2 if m.curved else 1021)
+        else:
+            octaves = (bits_of(spread, "f4") >> 23 & 255) - 125
+        return ((4 * k + n) * 16 + a) * 16 + clamp(octaves - h.first_spread, 0, 15)
 
     def symbols_of(self, v, element, n, centre, apart, spread):
+        """All first symbols come first, then what follows indices, residuals, and residuals that escape."""
         h = self.h
-        known = self.known_by_candidates(v, element, n) if h.candidates else self.known_by_list(v, element) if h.listed else [None] * h.n
-        drawn = []
+        code = self.known_by_candidates(v, element, n) if h.candidates else self.known_by_list(v, element) if h.listed else [None] * h.n
+        symbol, near, sizes = [None] * h.n, [None] * h.n, [None] * h.n
         for k in range(h.n):
-            if known[k] is None:
-                table = h.residual[self.context(v, k, element, n, spread[k], centre[k])]
-                drawn.append(("residual", self.symbols.symbol(k, table)))
-            elif known[k] == "index":
-                drawn.append(self.index(v, k, element))
-            else:
-                drawn.append(("code", known[k]))
-        for k, (what, i) in enumerate(drawn):
-            if what == "index":
-                near, i = i
-                index = near + i - 7 if i < 15 else self.raw.raw(16)
-                index &= 0xFFFFFFFF
-                entries = h.dictionaries[k]
-                index = min(index, len(entries) - 1)
-                drawn[k] = "code", entries[index] + h.bias[k]
-                self.indices[v][k] = index
-        sizes = [symbol_size(s) if what == "residual" else None for what, s in drawn]
-        for k, (what, s) in enumerate(drawn):
-            if what == "residual" and s < 63:
-                drawn[k] = "code", centre[k] + self.residual(k, s, apart[k])
-        for k, (what, s) in enumerate(drawn):
-            code = s
-            if what == "residual":
+            if code[k] == "index":
+                near[k], symbol[k] = self.index(k, element)
+            elif code[k] is None:
+                symbol[k] = self.symbols.symbol(k, h.residual[self.context(k, element, n, spread[k], centre[k])])
+                sizes[k] = symbol_size(symbol[k])
+        for k in range(h.n):
+            if near[k] is not None:
+                index = near[k] + symbol[k] - 7 if symbol[k] < 15 else self.raw.raw(16)
+                self.indices[v][k] = index = min(index & 0xFFFFFFFF, len(h.dictionaries[k]) - 1)
+                code[k] = h.dictionaries[k][index] + h.bias[k]
+        for k in range(h.n):
+            if sizes[k] is not None and symbol[k] < 63:
+                code[k] = centre[k] + self.residual(h.base[k], symbol[k], apart[k])
+        for k in range(h.n):
+            if code[k] is None:
                 length = min(self.raw.raw(7), 64 if h.wide else 22)
                 negative = self.raw.raw(1)
                 low = self.raw.raw(length // 2)
                 magnitude = low | self.raw.raw(length - length // 2) << length // 2
-                code = centre[k] + (-magnitude if negative else magnitude)
-            code = wrap(code, 64)
-            self.codes[v][k] = code
-            self.values[v, k] = self.number(k, code)
-            self.sizes[v][k] = sizes[k] if sizes[k] is not None else self.size_of(k, code - centre[k])
-            if h.candidates and self.indices[v][k] is None:
-                self.indices[v][k] = self.place_in(k, code)
-        self.decoded[v] = True
+                code[k] = centre[k] + (-magnitude if negative else magnitude)
+            self.codes[v][k] = c = wrap(code[k], 64)
+            self.values[v, k] = self.number(k, c)
+            self.sizes[v][k] = size_of(h.base[k], c - centre[k]) if sizes[k] is None else sizes[k]
+            if h.candidates and near[k] is None:
+                self.indices[v][k] = self.place_in(k, c)
 
-    def residual(self, k, s, apart):
-        b = self.h.base[k]
+    def residual(self, b, s, apart):
         if s == 0:
             return self.raw.raw(b + 1) - (1 << b) if b else 0
         if s < 3:
@@ -373,41 +309,29 @@ class Numbers:
             magnitude, other = (2 + (s - 3) % 2 << l - 2) + self.raw.raw(l - 2), (s - 3) % 4 // 2 == 1
         return -magnitude if bool(apart < 0) != other else magnitude
 
-    def size_of(self, k, residual):
-        """The size of the symbol that a residual has."""
-        b, m = self.h.base[k], abs(residual)
-        i = m.bit_length() - b
-        return 0 if i <= 0 else 2 if i == 1 else 36 if i > 16 else 2 * i + (m >> m.bit_length() - 2) - 2
-
     # --- dictionaries
 
-    def third(self, element):
-        return element.refs[NEXT if element.place < 10 else BEFORE]
+    def three(self, element):
+        return element.refs[LAST], element.refs[FOCUS], element.refs[NEXT if element.place < 10 else BEFORE]
 
     def known_by_list(self, v, element):
-        r, h = element.refs, self.h
-        P = [self.listed[i] for i in (r[LAST], r[FOCUS], self.third(element))]
-        m = 2**h.n
-        context = m * m * P[0] + m * P[1] + P[2]
-        mask = self.symbols.symbol(min(h.n, 3), h.listed_tables[context])
-        self.listed[v] = mask
+        h, context = self.h, 0
+        for r in self.three(element):
+            context = context * 2**h.n + self.listed[r]
+        self.listed[v] = mask = self.symbols.symbol(min(h.n, 3), h.listed_tables[context])
         return ["index" if mask >> k & 1 and h.dictionaries[k] else None for k in range(h.n)]
 
     def known_by_candidates(self, v, element, n):
-        h, r, known = self.h, element.refs, []
-        fitted, gate, c, t = self.forecast
-        before_m = 9
-        third = self.third(element)
+        h, r, known, before_m = self.h, element.refs, [], 9
+        _, gate, c, t = self.forecast
         for k in range(h.n):
-            codes = [self.codes[i][k] for i in (r[LAST], r[FOCUS], third, r[BEFORE])]
-            via_gate = self.to_code(k, gate[k])
+            codes = [self.codes[i][k] for i in self.three(element)]
             via_c, via_t = self.to_code(k, gate[k] + c[k]), self.to_code(k, gate[k] + t[k])
-            values = [via_gate] + codes[:3] + [codes[3] if third != r[BEFORE] or element.place < 10 else via_c, via_c, via_t]
+            before = self.codes[r[BEFORE]][k] if self.three(element)[2] != r[BEFORE] or element.place < 10 else via_c
+            values = [self.to_code(k, gate[k]), *codes, before, via_c, via_t]
             e = (values[0] == values[1]) + 2 * (values[0] == values[2])
-            context = (((k * 10 + before_m) * 10 + self.chosen[r[LAST]][k]) * 4 + e) * 4 + n
-            m = self.symbols.symbol(k, h.candidate[context])
-            if m == 8 and not h.dictionaries[k]:
-                m = 0
+            m = self.symbols.symbol(k, h.candidate[(((k * 10 + before_m) * 10 + self.chosen[r[LAST]][k]) * 4 + e) * 4 + n])
+            m = 0 if m == 8 and not h.dictionaries[k] else m
             before_m = self.chosen[v][k] = m
             known.append(None if m == 0 else "index" if m == 8 else values[m - 1])
         return known
@@ -417,82 +341,49 @@ class Numbers:
         i = bisect_left(entries, value)
         return i if i < len(entries) and entries[i] == value else None
 
-    def index(self, v, k, element):
-        h, r = self.h, element.refs
-        entries = h.dictionaries[k]
-        f = self.to_code(k, self.forecast[0][k]) - h.bias[k]
+    def index(self, k, element):
+        """The entry nearest to what is expected, and the symbol of the step from it."""
+        entries, f = self.h.dictionaries[k], self.to_code(k, self.forecast[0][k]) - self.h.bias[k]
         near = bisect_left(entries, f)
         if near == len(entries) or near and f - entries[near - 1] <= entries[near] - f:
             near -= 1
-        beyond = abs(f - entries[near]) // 2
-        above = f >= entries[near]
+        beyond, above, g = abs(f - entries[near]) // 2, f >= entries[near], 0
         other = near + 1 if above else near - 1
-        g = 0
         if beyond > 0:
             g = 3
             if 0 <= other < len(entries):
-                apart = np.float32(abs(entries[other] - entries[near]))
-                g = int(min(np.float32(3), np.float32(beyond) * (np.float32(16) / apart)))
-        part = 4 + g if above else 3 - g
-
-        def Q(i):
-            index = self.indices[i][k]
-            return 3 if index is None else {0: 0, 1: 1, -1: 2}.get(index - near, 3)
-
-        context = ((part * 4 + Q(r[LAST])) * 4 + Q(r[FOCUS])) * 4 + Q(self.third(element))
-        return "index", (near, self.symbols.symbol(k, h.index[context]))
+                g = int(min(np.float32(3), np.float32(beyond) * (np.float32(16) / np.float32(abs(entries[other] - entries[near])))))
+        context = 4 + g if above else 3 - g
+        for r in self.three(element):
+            index = self.indices[r][k]
+            context = 4 * context + (3 if index is None else {0: 0, 1: 1, -1: 2}.get(index - near, 3))
+        return near, self.symbols.symbol(k, self.h.index[context])
 
     def unshear(self):
-        if self.h.order is None:
-            return
-        order = self.h.order
-        for code in self.codes:
+        order = self.h.order or []
+        for code in self.codes if order else []:
             w = iter(self.h.weights)
             for i, o in enumerate(order[1:], 1):
-                total = 128
-                for p in order[:i]:
-                    total += next(w) * code[p]
+                total = 128 + sum(next(w) * code[p] for p in order[:i])
                 code[o] = wrap(code[o] + (wrap(total, 64) >> 8), 64)
 
 
-def stored(header, codes, dtype, components=None):
-    """Codes as rows of the array's type, exceptions and details in place."""
-    return finish(header.maps, codes, dtype, header.exceptions, header.details, header.details_data)
-
-
-def finish(maps, codes, kind, exceptions_, details=None, details_data=None):
-    n = len(maps)
-    short = int(kind[1]) <= 4
-    made = np.zeros((len(codes), n), kind)
-    as_bits = made.view("u" + kind[1])
-    if details:
-        for i, row in enumerate(details.read(details_data, len(codes), maps, codes)):
-            made[i] = row
-    else:
-        for k, m in enumerate(maps):
-            bit_for_bit = m.kind == 1 and not m.has_factor
-            for i, code in enumerate(codes):
-                c = wrap(code[k], 32) if short else code[k]
-                if bit_for_bit:
-                    as_bits[i, k] = ordered_bits(m, c)
-                else:
-                    made[i, k] = m.number(c)
-    for place, value in exceptions_.items():
-        require(place < made.size, "an exception of no number")
-        as_bits.reshape(-1)[place] = value
-    return made
-
-
-def ordered_bits(m, c):
-    if m.table is not None:
-        c = m.table[clamp(c, 0, len(m.table) - 1)]
-    size = 32 if m.dtype == "f4" else 64
-    c &= (1 << size) - 1
-    return c if c < 1 << size - 1 else c ^ (1 << size - 1) - 1
+def last_of_wide(w):
+    x = np.float64(1)
+    for wi in w:
+        x = x - np.float64(wi)
+    return x
 
 
 def symbol_size(s):
     return 36 if s == 63 else 0 if s == 0 else 2 if s < 3 else 2 * ((s + 5) // 4) + (s - 3) % 2
+
+
+def size_of(b, residual):
+    """The size of the symbol that a residual has."""
+    m = abs(residual)
+    i = m.bit_length() - b
+    return 0 if i <= 0 else 2 if i == 1 else 36 if i > 16 else 2 * i + (m >> m.bit_length() - 2) - 2
 
 
 # --- positions of fans (12.3)
@@ -502,55 +393,34 @@ def face_places(walk):
     """The table of polygons: an element for each vertex, from the face in which it comes up first."""
     found = {}
     for face, x in zip(walk.faces, walk.across_at_begin):
-        d = len(face)
         for k, v in enumerate(face):
-            if v in found or walk.births[v] is None:
-                continue
-            found[v] = polygon_place(face, d, k, v, x)
+            if v not in found:
+                found[v] = polygon_place(face, k, v, x)
     return [found[v] for v in range(len(walk.births))]
 
 
-def polygon_place(face, d, k, v, x):
+def polygon_place(face, k, v, x):
+    d, last = len(face), face[k - 1]
+    x_known = k == 2 and x < v
+
+    def element(place, focus, before=None, beyond=None, next_=None):
+        late = (last, last, x) if x_known and 14 <= place <= 20 and place != 16 else None
+        return Element(focus, last, before, next_, beyond, late, place)
+
     def c(i):
         return face[i % d]
 
-    def known(i):
-        return c(i) < v
-
-    x_known = k == 2 and x < v
-    last = c(k - 1)
-
-    def element(place, focus, before=None, beyond=None, next_=None):
-        late = x_known and 14 <= place <= 20 and place != 16
-        before = focus if before is None else before
-        refs = [focus, focus if next_ is None else next_, focus if beyond is None else beyond, focus, focus, focus, before, last]
-        if late:
-            refs[LATE0], refs[LATE1], refs[LATE2] = last, last, x
-        return Element(tuple(refs), late, place)
-
     if k < 2:
-        return alone(last if k else max(v - 1, 0))
+        return Element(last if k else max(v - 1, 0))
     if d == 3 and x_known:
         return element(10, c(0), x)
-    if d == 4 and k == 3:
-        return element(15, c(0), c(1))
-    if d == 4 and known(3):
-        return element(14, c(3), c(0))
-    if d in (5, 6) and all(known(i) for i in range(k + 1, d)):
+    if d == 4:
+        return element(15, c(0), c(1)) if k == 3 else element(14, c(3), c(0)) if c(3) < v else element(16, last, x) if x_known else Element(last)
+    if d in (5, 6) and all(c(i) < v for i in range(k + 1, d)):
         return element(12 + d, c(k + 1), c(k - 2), c(k + 2), c(k + 3) if d == 6 else None)
-    if d > 4 and (k > 2 or known(d - 1)):
+    if d > 4 and (k > 2 or c(d - 1) < v):
         return element(19 if d == 5 else 20, c(k - 3), c(k - 2))
-    if x_known:
-        return element(16, last, x)
-    return alone(last)
-
-
-def fan_elements(walk, points, polygons):
-    if polygons:
-        elements = face_places(walk)
-    else:
-        elements = [Element(b.references(), b.late is not None, b.place) for b in walk.births]
-    return elements + [alone(max(p - 1, 0)) for p in range(len(elements), points)]
+    return element(16, last, x) if x_known else Element(last)
 
 
 def valences(faces, points):
@@ -566,13 +436,11 @@ def valences(faces, points):
 
 def positions(fields, fans, points, array, shared=None):
     """POSI 1, or 3 with what charts share."""
-    header = shared or Header(fields, array.type, 3)
+    header = copy.copy(shared) if shared else Header(fields, array.type, 3)
     if shared:
-        header = copy.copy(shared)
-        header.details_data = fields.section() if header.details else None
-        header.exceptions = exceptions(fields.section(), array.dtype)
-    elements = fan_elements(fans.walk, points, header.flags & POLYGONS)
+        header.own(fields)
+    elements = face_places(fans.walk) if header.flags & POLYGONS else fans.walk.births
+    elements = elements + [Element(max(p - 1, 0)) for p in range(len(elements), points)]
     valence = valences(fans.fan_faces, points) if header.flags & VALENCES else None
     raw = fields.section()
-    numbers = Numbers(header, elements, raw, fields.rest(), valence)
-    return stored(header, numbers.codes, array.dtype)
+    return header.stored(Numbers(header, elements, raw, fields.rest(), valence).codes, array.dtype)

@@ -18,7 +18,7 @@ class TableSet:
         self.event = tables(fans, *((2560, 32, 32, 9) if self.topo == 1 else (7680, 64, 32, 9)))
         self.number = tables(fans, 8, 41, 8, 9)
         fans.end()
-        self.header = around.Header(fields, array.type, 3, exceptions_here=False, details_here=False)
+        self.header = around.Header(fields, array.type, 3, shared=True)
         fields.end()
 
 
@@ -40,7 +40,7 @@ class Directory:
         for _ in range(2):
             totals = fields.count(), fields.list(fields.count), fields.count()
             require(len(totals[1]) <= arrays + 1, "totals of other arrays")
-        self.pages = fields.list(lambda: (fields.u64(), fields.u32()))
+        self.pages = fields.list(lambda: (fields.number("Q"), fields.number("I")))
         require(len(self.pages) == (self.groups - 1) // 256 + 1, "other pages than groups")
         fields.end()
 
@@ -49,13 +49,13 @@ class Group:
     """17.2: an entry of the index."""
 
     def __init__(self, fields, number):
-        self.level, self.view_error, self.bound = fields.u8(), fields.f32(), fields.f32()
-        self.sphere, self.offset = sphere(fields), fields.u64()
+        self.level, self.view_error, self.bound = fields.u8(), fields.number("f"), fields.number("f")
+        self.sphere, self.offset = sphere(fields), fields.number("Q")
         self.replaces, count = fields.count(2**32 - 1), fields.count(2**32 - 1)
         self.charts = []
         for _ in range(count):
             around_, half, producer = sphere(fields), fields.take(3), fields.count()
-            self.charts.append((number + producer if producer else None, fields.count(), fields.count(), fields.u32()))
+            self.charts.append((number + producer if producer else None, fields.count(), fields.count(), fields.number("I")))
 
 
 def groups(container, directory):
@@ -115,7 +115,7 @@ def decode(container):
     finest, shared, coarser = [], [], []
     for g, group in enumerate(groups(container, directory)):
         fields = Fields(container.stream("CHRT", g))
-        head = fields.count(), fields.count(), fields.f32(), fields.f32()
+        head = fields.count(), fields.count(), fields.number("f"), fields.number("f")
         require(head == (group.level, group.replaces, group.view_error, group.bound), "a head that differs from the index")
         listed = fields.list(lambda: (fields.count(), fields.count(), fields.count()))
         own = [(0 if producer is None else 1 + producer, faces, size) for producer, faces, size, _ in group.charts]

@@ -2,15 +2,16 @@
 
 import math
 import struct
+from bisect import bisect_left
 
 import numpy as np
 
-from container import Fields, require
+from container import require
 from entropy import CodedSequence, bits
 
 DTYPES = ["i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8", "f4", "f8"]
-F32_MOST = float(np.finfo(np.float32).max)
-F64_MOST = float(np.finfo(np.float64).max)
+MOST = {kind: float(np.finfo(kind).max) for kind in ("f4", "f8")}
+FIELDS = {2: "h", 3: "h", 4: "dd", 5: "Bbh", 6: "Bbh", 7: "dd"}  # behind the kind of a map
 
 
 def wrap(x, size):
@@ -23,24 +24,32 @@ def clamp(x, low, high):
     return max(low, min(x, high))
 
 
+def clamp_nan(x, low, high):
+    return low if x != x else clamp(x, low, high)
+
+
 def f32(x):
     return float(np.float32(x))
 
 
 def bits_of(x, kind):
-    return struct.unpack("<" + {"f4": "i", "f8": "q"}[kind], struct.pack("<" + kind[0] if kind == "f4" else "<d", x))[0]
+    return struct.unpack("<i" if kind == "f4" else "<q", struct.pack("<f" if kind == "f4" else "<d", x))[0]
 
 
 def from_bits(x, kind):
-    form = {"f4": "If", "f8": "Qd"}[kind]
-    return struct.unpack("<" + form[1], struct.pack("<" + form[0], x))[0]
+    return struct.unpack("<f" if kind == "f4" else "<d", struct.pack("<I" if kind == "f4" else "<Q", x))[0]
+
+
+def ordered(x, size):
+    """Bits of a float from a code of kind 1; the code from the bits just as well, both signed."""
+    x = wrap(x, size)
+    return x if x >= 0 else wrap(x ^ (1 << size - 1) - 1, size)
 
 
 def narrow_float(x, kind):
     """A double as a number of a floating type: clamped to its finite numbers."""
-    if kind == "f8" or x != x:
-        return clamp(x, -F64_MOST, F64_MOST) if x == x else x
-    return f32(clamp(x, -F32_MOST, F32_MOST))
+    x = clamp(x, -MOST[kind], MOST[kind]) if x == x else x
+    return f32(x) if kind == "f4" else x
 
 
 def binary_power(e):
@@ -52,108 +61,90 @@ def exponent_of(x):
     return bits_of(x, "f8") >> 52 & 2047
 
 
+def octahedral(i, j, steps):
+    """13.1: the unit vector of two codes."""
+    x, y = i / steps, j / steps
+    z = 1 - abs(x) - abs(y)
+    if z < 0:
+        x, y = (1 - abs(y)) * (-1.0 if x < 0 else 1.0), (1 - abs(x)) * (-1.0 if y < 0 else 1.0)
+    length = math.sqrt(x * x + y * y + z * z)
+    return x / length, y / length, z / length
+
+
 class Map:
     """The map of one component. `kind` is that of the text without + 64 and + 128."""
 
     def __init__(self, fields, dtype, tables=None):
         """`tables`: mode stream, which has tables apart, and digits of kind 1 (16.1)."""
-        self.dtype = DTYPES[dtype]
-        self.is_float = dtype >= 8
+        self.dtype, self.is_float = DTYPES[dtype], dtype >= 8
         kind = fields.u8()
         self.kind, self.has_factor, self.has_table = kind & 63, bool(kind & 64), bool(kind & 128)
-        require(self.kind <= 7 and (self.is_float or self.kind in (0, 4)) and not (self.is_float and self.kind == 0), "a map that its type cannot have")
-        self.size = 64 if dtype in (6, 7, 9) else 32
+        require(self.kind <= 7 and (self.kind != 0 if self.is_float else self.kind in (0, 4)), "a map that its type cannot have")
+        own = [fields.number(form) for form in FIELDS.get(self.kind, "")]
+        if self.kind in (4, 7):
+            self.origin, self.step = own
+        elif self.kind in (5, 6):
+            self.d, self.t, self.e = own
+        elif own:
+            self.e = own[0]
+        self.code_size = 64 if dtype in (6, 7, 9) and not self.has_factor else 32
+        self.factor = 1.0
         if self.has_factor:
-            self.dtype = "f4"  # the map behind the factor
-        read = [lambda: None, lambda: None, self._power, self._power, self._lattice, self._digits, self._digits, self._logarithm]
-        read[self.kind](fields)if self.kind > 1 else None
-        self.factor = fields.f64() if self.has_factor else None
-        self.code_size = 32 if self.has_factor else self.size
-        self.table = self._table(tables or fields) if self.has_table else None
+            self.dtype, self.factor = "f4", fields.f64()  # the map is for f32 then
+        self.float_size = 64 if self.dtype == "f8" else 32
+        self.table = self.read_table(tables or fields) if self.has_table else None
         self.digits = fields.u8() if tables and self.kind == 1 else 0
         self.curved = self.kind in (1, 5, 6) or self.has_table
+        self.base = 2 if self.kind == 5 else 10
 
-    def _power(self, fields):
-        self.e = fields.number("h")
-
-    def _lattice(self, fields):
-        self.origin, self.step = fields.f64(), fields.f64()
-
-    def _digits(self, fields):
-        self.d, self.t, self.e = fields.u8(), fields.number("b"), fields.number("h")
-
-    def _logarithm(self, fields):
-        self.origin, self.step = fields.f64(), fields.f64()
-
-    def _table(self, fields):
-        n = fields.count()
-        require(n >= 1, "a table of no numbers")
-        sequence, length, top = CodedSequence(fields.section()), bits(), bits()
-        both, above = bits(), bits()
+    def read_table(self, fields):
+        n, sequence = fields.count(), CodedSequence(fields.section())
+        length, top, both, above = bits(), bits(), bits(), bits()
         codes, before, sides, distance = [], 0, 0, -1
         while len(codes) < n:
-            prefix = sequence.tree(length, 7, before)
-            l = min(prefix - 128, 64)
-            gap, left = int(l > 0), l - 1
-            while left > 0:
-                if l - left <= 2:
-                    gap = 2 * gap + sequence.bit(top[l, gap % 4])
-                    left -= 1
-                else:
-                    r = min(left, 16)
-                    gap = gap << r | sequence.raw(r)
-                    left -= r
-            before = l
-            distance += gap + 1
+            before = l = min(sequence.tree(length, 7, before), 64)
+            gap, first = int(l > 0), clamp(l - 1, 0, 2)
+            for _ in range(first):
+                gap = 2 * gap + sequence.bit(top[l, gap % 4])
+            left = max(l - 1 - first, 0)
+            distance += (gap << left | sequence.long_raw(left)) + 1
             sides = 3 if sequence.bit(both[sides]) else 1 + sequence.bit(above[sides])
             codes += [-1 - distance if self.kind in (1, 5, 6) else -distance] if sides & 1 else []
             codes += [distance] if sides & 2 else []
         sequence.end()
-        require(len(codes) == n, "a table of another size")
-        require(distance < 2**63, "a table's codes of more than 63 bits")
+        require(len(codes) == n > 0 and distance < 2**63, "a table of another size, or with codes of more than 63 bits")
         return sorted(codes)
 
     # --- codes to numbers
 
     def value(self, c):
         """The number of c as a double, for kinds 5 and 6 without a table before it is rounded; NaN counts as 0."""
-        x = self._plain(c) if self.table is None else self.as_double(c)
+        x = self.plain_number(c) if self.table is None else float(self.number(c))
         return 0.0 if x != x else x
 
-    def _plain(self, c):
+    def integer(self, c):
+        size = 8 * int(self.dtype[1])
+        return wrap(c, size) if self.dtype[0] == "i" else c & (1 << size) - 1
+
+    def plain_number(self, c):
         """The double that the map computes for c, not rounded to the type."""
         if self.kind == 0:
             return float(self.integer(c))
         if self.kind == 1:
-            size = 32 if self.dtype == "f4" else 64
-            c &= (1 << size) - 1
-            return from_bits(c if c < 1 << size - 1 else c ^ (1 << size - 1) - 1, self.dtype)
+            return from_bits(ordered(c, self.float_size) & (1 << self.float_size) - 1, self.dtype)
         if self.kind == 2:
             return float(c) / 10.0**self.e
         if self.kind == 3:
             return float(c) * binary_power(self.e)
         if self.kind == 4:
             return self.origin + float(c) * self.step
-        if self.kind in (5, 6):
-            return self._digits_number(c)
-        return 0.0 if c == 0 else math.copysign(power((self.origin + abs(c)) * self.step), c)
-
-    def integer(self, c):
-        bits_ = 8 * int(self.dtype[1])
-        return wrap(c, bits_) if self.dtype[0] == "i" else c & (1 << bits_) - 1
-
-    def _digits_number(self, c):
-        base = 2 if self.kind == 5 else 10
-        p, f = (c if c >= 0 else -1 - c), base**self.d
-        n, m, q = f - f // base, p, self.e
+        if self.kind == 7:
+            return 0.0 if c == 0 else math.copysign(power((self.origin + abs(c)) * self.step), c)
+        p, f, q = (c if c >= 0 else -1 - c), self.base**self.d, self.e
         if p >= f:
-            k = (p - f) // n
-            m, q = f // base + (p - f) % n, min(self.e + 1 + k, 2000)
-        x = float(m)
-        if base == 2:
-            x = math.ldexp(x, q) if q < 1100 else (math.inf if m else 0.0)
-        else:
-            x = scaled(x, q)
+            k, m = divmod(p - f, f - f // self.base)
+            p, q = f // self.base + m, min(q + 1 + k, 2000)
+        x = scaled(float(p), q, self.base)
         return -x if c < 0 else x
 
     def number(self, c):
@@ -162,18 +153,21 @@ class Map:
             c = self.table[clamp(c, 0, len(self.table) - 1)]
         if self.kind == 0:
             return self.integer(c)
-        x = self._plain(c)
+        x = self.plain_number(c)
         if self.kind in (5, 6) and self.t >= 0:
-            x = decimals(x, self.t)
+            y = narrow_float(x, "f4") * 10.0**self.t
+            x = math.copysign(np.rint(abs(y)), y) / 10.0**self.t
         if not self.is_float:
-            low, high = np.iinfo(self.dtype).min, np.iinfo(self.dtype).max
-            return 0 if x != x else clamp(math.floor(clamp(x + 0.5, -1e30, 1e30)), int(low), int(high))
-        if self.kind != 1:
-            x = narrow_float(x, self.dtype)
-        return x * self.factor if self.has_factor else x
+            limits = np.iinfo(self.dtype)
+            return 0 if x != x else clamp(math.floor(clamp(x + 0.5, -1e30, 1e30)), int(limits.min), int(limits.max))
+        return (x if self.kind == 1 else narrow_float(x, self.dtype)) * self.factor
 
-    def as_double(self, c):
-        return float(self.number(c))
+    def stored(self, c, kind):
+        """The bits of the number of c in an array of this kind."""
+        if self.kind == 1 and not self.has_factor:
+            c = c if self.table is None else self.table[clamp(c, 0, len(self.table) - 1)]
+            return ordered(c, self.float_size) & (1 << self.float_size) - 1
+        return int(np.array(self.number(c), kind).view("u" + kind[1]))
 
     # --- numbers to codes
 
@@ -182,91 +176,61 @@ class Map:
         if self.has_factor:
             x = f32(x / self.factor)
         if not self.curved:
-            return self._straight_code(x)
+            return self.straight_code(x)
         x = 0.0 if x != x else x
         if self.table is not None:
-            return self._rank(x)
-        return self._ordered_code(x) if self.kind == 1 else self._digits_code(x)
+            i = bisect_left(range(len(self.table)), x, key=self.value)
+            return i - (i == len(self.table) or i > 0 and x - self.value(i - 1) < self.value(i) - x)
+        return ordered(bits_of(narrow_float(x, self.dtype), self.dtype), self.float_size) if self.kind == 1 else self.digits_code(x)
 
-    def _straight_code(self, x):
-        c = x
+    def straight_code(self, x):
         if self.kind == 2:
-            c = x * 10.0**self.e
+            x = x * 10.0**self.e
         elif self.kind == 3:
-            c = x * binary_power(-self.e) if -self.e < 1024 else x * 2.0**1023 * binary_power(-self.e - 1023)
+            x = x * binary_power(-self.e) if self.e > -1024 else x * 2.0**1023 * binary_power(-self.e - 1023)
         elif self.kind == 4:
-            c = (x - self.origin) / self.step if self.step else 0.0
-        if c != c or abs(c) >= 9e18:
-            return 0
-        return wrap(math.floor(c + 0.5), self.code_size)
+            x = (x - self.origin) / self.step if self.step else 0.0
+        return wrap(math.floor(x + 0.5), self.code_size) if abs(x) < 9e18 else 0
 
-    def _ordered_code(self, x):
-        size = 32 if self.dtype == "f4" else 64
-        c = bits_of(narrow_float(x, self.dtype), self.dtype)
-        return c if c >= 0 else wrap(c ^ (1 << size - 1) - 1, size)
-
-    def _digits_code(self, x):
-        base = 2 if self.kind == 5 else 10
-        s, f = min(abs(x), F64_MOST), base**self.d
+    def digits_code(self, x):
+        s, f, q = min(abs(x), MOST["f8"]), self.base**self.d, self.e
 
         def rounded(q):
-            x = math.ldexp(s, -q) if base == 2 else scaled(s, -q)
-            return math.floor(x + 0.5) if x < 2.0**52 else int(x)
+            y = scaled(s, -q, self.base)
+            return math.floor(y + 0.5) if y < 2.0**52 else int(y)
 
-        q = self.e
-        if base == 2:
+        if self.base == 2:
             q = max(q, (math.frexp(s)[1] if s else -2000) - self.d)
-        else:
-            while rounded(q) >= f:
-                q += 1
-        m = rounded(q)
-        p = m if q == self.e else f + (q - self.e - 1) * (f - f // base) + m - f // base
-        if p == 0 and s > 0:
-            return 0
-        return -1 - p if math.copysign(1.0, x) < 0 else p
-
-    def _rank(self, x):
-        low, high = 0, len(self.table)
-        while low < high:
-            middle = (low + high) // 2
-            if self.value(middle) < x:
-                low = middle + 1
-            else:
-                high = middle
-        if low == len(self.table):
-            return low - 1
-        return low - 1 if low and x - self.value(low - 1) < self.value(low) - x else low
+        while self.base == 10 and rounded(q) >= f:
+            q += 1
+        m = p = rounded(q)
+        if q > self.e:
+            p = f + (q - self.e - 1) * (f - f // self.base) + m - f // self.base
+        return 0 if p == 0 and s > 0 else -1 - p if math.copysign(1.0, x) < 0 else p
 
     def step_at(self, p):
         """The distance of neighbouring numbers at p (13.5)."""
         if self.curved:
             c = self.code(p)
             return abs(self.value(c + 1) - self.value(c))
-        if self.kind == 4:
-            return abs(self.step)
-        return abs(self.as_double(1)) if self.is_float else 1.0
+        return abs(self.step) if self.kind == 4 else abs(float(self.number(1))) if self.is_float else 1.0
 
 
-def scaled(x, q):
-    """x * 10^q, by powers that doubles hold exactly."""
-    left = abs(q)
-    while left > 22:
-        x = x / 1e22 if q < 0 else x * 1e22
-        left -= 22
-    return x / 10.0**left if q < 0 else x * 10.0**left
-
-
-def decimals(x, t):
-    y = narrow_float(x, "f4")
-    scaled = y * 10.0**t
-    return math.copysign(round(abs(scaled)), scaled) / 10.0**t if abs(scaled) < 2**53 else scaled / 10.0**t
+def scaled(x, q, base=10):
+    """x * base^q, by powers of ten that doubles hold exactly."""
+    if base == 2:
+        return math.ldexp(x, q) if q < 1100 else (math.inf if x else 0.0)
+    whole = max(abs(q) - 1, 0) // 22
+    for left in [22] * whole + [abs(q) - 22 * whole]:
+        x = x / 10.0**left if q < 0 else x * 10.0**left
+    return x
 
 
 def power(x):
     x = clamp(x, -2000.0, 2000.0)
     whole = math.floor(x)
-    rest = x - whole
-    a, b, f = 0.4426950408889634, -0.16404256133344508, rest
+    rest = f = x - whole
+    a, b = 0.4426950408889634, -0.16404256133344508
     for _ in range(4):
         logarithm = f + f * (1 - f) * (a + b * f)
         f -= (logarithm - rest) / (1 + (1 - 2 * f) * (a + b * f) + f * (1 - f) * b)
@@ -280,49 +244,36 @@ class Details:
         self.exact = [Map(fields, dtype) if fields.u8() else None for _ in range(components)]
         require(any(self.exact), "details of no component")
 
-    def read(self, data, tuples, coarse, codes):
-        """Lists of numbers for codes[tuple][component]."""
-        sequence = CodedSequence(data)
+    def read(self, data, coarse, codes):
+        """Rows of numbers for codes[tuple][component]."""
+        q, s = CodedSequence(data), clamp(1 + len(codes).bit_length(), 6, 14)
         same, zero, sign, zeros_tree, length_tree, second = (bits() for _ in range(6))
-        s = clamp(1 + tuples.bit_length(), 6, 14)
         n = len(self.exact)
-        seen, history, zeros_before = [{} for _ in range(n)], [0] * n, [0] * n
-        numbers = []
+        seen, history, zeros_before, rows = [{} for _ in range(n)], [0] * n, [0] * n, []
         for row in codes:
-            others, out = 0, []
-            for k, c in enumerate(row):
-                exact = self.exact[k]
+            others, made = 0, []
+            for k, (c, exact) in enumerate(zip(row, self.exact)):
                 if exact is None:
-                    out.append(coarse[k].number(c))
+                    made.append(coarse[k].number(c))
                     continue
                 base = exact.code(coarse[k].value(c))
                 i = (base * 11400714819323198485 & 2**64 - 1) >> 64 - s
-                known, detail = seen[k].get(i), None
-                if known and known[0] == base and sequence.bit(same[k, known[1] == 0]):
+                known = seen[k].get(i)
+                if known and known[0] == base and q.bit(same[k, known[1] == 0]):
                     detail = known[1]
                 else:
-                    z = sequence.bit(zero[k, others, history[k]])
+                    z, detail = q.bit(zero[k, others, history[k]]), 0
                     history[k] = (2 * history[k] + z) % 8
-                    detail = 0
                     if not z:
-                        negative = sequence.bit(sign[k])
-                        zeros = sequence.tree(zeros_tree, 6, zeros_before[k]) - 64
-                        length = 1 + sequence.tree(length_tree, 6, k, min(zeros, 7)) - 64
-                        zeros_before[k] = zeros
-                        odd = 1
-                        if length > 2:
-                            odd = 2 + sequence.bit(second[k, length])
-                        left = length - 3
-                        while left > 0:
-                            r = min(left, 16)
-                            odd = odd << r | sequence.raw(r)
-                            left -= r
-                        if length > 1:
-                            odd = 2 * odd + 1
-                        detail = odd << zeros
+                        negative = q.bit(sign[k])
+                        zeros_before[k] = zeros = q.tree(zeros_tree, 6, zeros_before[k])
+                        length = 1 + q.tree(length_tree, 6, k, min(zeros, 7))
+                        odd = 2 + q.bit(second[k, length]) if length > 2 else 1
+                        odd = odd << max(length - 3, 0) | q.long_raw(length - 3)
+                        detail = (2 * odd + 1 if length > 1 else odd) << zeros
                         detail = -detail if negative else detail
                     seen[k][i] = base, detail
                 others = (2 * others + (detail == 0)) % 4
-                out.append(exact.number(wrap(base + detail, 64)))
-            numbers.append(out)
-        return numbers
+                made.append(exact.number(wrap(base + detail, 64)))
+            rows.append(made)
+        return rows

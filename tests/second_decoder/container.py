@@ -27,95 +27,82 @@ SECRET = bytes.fromhex(
 )
 P32 = (0x9E3779B1, 0x85EBCA77, 0xC2B2AE3D)
 P64 = (0x9E3779B185EBCA87, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9, 0x85EBCA77C2B2AE63, 0x27D4EB2F165667C5)
+SHORT = (33, P64[1]), (29, P64[2]), (32, 1)
+LONG = (37, 0x165667919E3779F9), (32, 1)
 
 
-def _u64(x, at):
-    return int.from_bytes(x[at : at + 8], "little")
+def _word(x, at, size=8):
+    return int.from_bytes(x[at : at + size], "little")
 
 
-def _u32(x, at):
-    return int.from_bytes(x[at : at + 4], "little")
+def _key(at):
+    return _word(SECRET, at) ^ _word(SECRET, at + 8)
 
 
 def _fold(a, b):
-    product = a * b
-    return (product & M64) ^ (product >> 64)
+    return a * b & M64 ^ a * b >> 64
 
 
-def _avalanche(h):
-    h ^= h >> 37
-    h = h * 0x165667919E3779F9 & M64
-    return h ^ h >> 32
-
-
-def _xxh64_avalanche(h):
-    h ^= h >> 33
-    h = h * P64[1] & M64
-    h ^= h >> 29
-    h = h * P64[2] & M64
-    return h ^ h >> 32
+def _avalanche(h, steps):
+    h &= M64
+    for shift, factor in steps:
+        h = (h ^ h >> shift) * factor & M64
+    return h
 
 
 def _mix16(x, at, secret):
-    return _fold(_u64(x, at) ^ _u64(SECRET, secret), _u64(x, at + 8) ^ _u64(SECRET, secret + 8))
+    return _fold(_word(x, at) ^ _word(SECRET, secret), _word(x, at + 8) ^ _word(SECRET, secret + 8))
 
 
 def _long_hash(x):
     """Stripes of 64 bytes are added to eight sums, 16 to a block, which then are scrambled."""
-    words = np.frombuffer(x, "<u8", len(x) // 8)
-    sums = np.array([P32[2], P64[0], P64[1], P64[2], P64[3], P32[1], P64[4], P32[0]], np.uint64)
-    swap = np.arange(8) ^ 1
+    n = len(x)
+    words = np.frombuffer(x, "<u8", n // 64 * 8).reshape(-1, 8)
+    sums = np.array([P32[2], *P64[:4], P32[1], P64[4], P32[0]], np.uint64)
+    keys = np.array([[_word(SECRET, 8 * (i + lane)) for lane in range(8)] for i in range(16)], np.uint64)
 
-    def accumulate(sums, stripes, secrets):
+    def accumulate(stripes, secrets):
         keyed = stripes ^ secrets
-        low, high = keyed & np.uint64(0xFFFFFFFF), keyed >> np.uint64(32)
-        return sums + (low * high + stripes[:, swap]).sum(0, np.uint64)
+        return sums + ((keyed & np.uint64(2**32 - 1)) * (keyed >> np.uint64(32)) + stripes[:, np.arange(8) ^ 1]).sum(0, np.uint64)
 
-    keys = np.array([[_u64(SECRET, 8 * i + 8 * lane) for lane in range(8)] for i in range(16)], np.uint64)
-    scramble = np.frombuffer(SECRET, "<u8", 8, 128)
-    blocks = (len(x) - 1) // 1024
+    blocks, stripes = (n - 1) // 1024, (n - 1) // 64
     for block in range(blocks):
-        sums = accumulate(sums, words[128 * block : 128 * block + 128].reshape(16, 8), keys)
-        sums = ((sums ^ (sums >> np.uint64(47))) ^ scramble) * np.uint64(P32[0])
-    left = ((len(x) - 1) - 1024 * blocks) // 64
-    if left:
-        sums = accumulate(sums, words[128 * blocks : 128 * blocks + 8 * left].reshape(left, 8), keys[:left])
-    last = np.frombuffer(x[-64:], "<u8").reshape(1, 8)
-    sums = accumulate(sums, last, np.frombuffer(SECRET, "<u8", 8, 121).reshape(1, 8))
-    h = len(x) * P64[0] & M64
-    for i in range(0, 8, 2):
-        h += _fold(int(sums[i]) ^ _u64(SECRET, 11 + 8 * i), int(sums[i + 1]) ^ _u64(SECRET, 19 + 8 * i))
-    return _avalanche(h & M64)
+        sums = accumulate(words[16 * block : 16 * block + 16], keys)
+        sums = (sums ^ sums >> np.uint64(47) ^ np.frombuffer(SECRET, "<u8", 8, 128)) * np.uint64(P32[0])
+    sums = accumulate(words[16 * blocks : stripes], keys[: stripes - 16 * blocks])
+    sums = accumulate(np.frombuffer(x[-64:], "<u8").reshape(1, 8), np.frombuffer(SECRET, "<u8", 8, 121))
+    folds = (_fold(int(sums[i]) ^ _word(SECRET, 11 + 8 * i), int(sums[i + 1]) ^ _word(SECRET, 19 + 8 * i)) for i in range(0, 8, 2))
+    return _avalanche(n * P64[0] + sum(folds), LONG)
 
 
 def hash64(x):
     """Section 2: XXH3 with 64 bits and seed 0."""
     n = len(x)
     if n == 0:
-        return _xxh64_avalanche(_u64(SECRET, 56) ^ _u64(SECRET, 64))
+        return _avalanche(_key(56), SHORT)
     if n <= 3:
-        combined = x[0] << 16 | x[n >> 1] << 24 | x[-1] | n << 8
-        return _xxh64_avalanche(combined ^ _u32(SECRET, 0) ^ _u32(SECRET, 4))
+        return _avalanche((x[0] << 16 | x[n >> 1] << 24 | x[-1] | n << 8) ^ _word(SECRET, 0, 4) ^ _word(SECRET, 4, 4), SHORT)
     if n <= 8:
-        h = _u32(x, n - 4) + (_u32(x, 0) << 32) ^ _u64(SECRET, 8) ^ _u64(SECRET, 16)
+        h = _word(x, n - 4, 4) + (_word(x, 0, 4) << 32) ^ _key(8)
         h ^= ((h << 49 | h >> 15) ^ (h << 24 | h >> 40)) & M64
         h = h * 0x9FB21C651E98DF25 & M64
         h = (h ^ (h >> 35) + n) * 0x9FB21C651E98DF25 & M64
         return h ^ h >> 28
     if n <= 16:
-        low = (_u64(SECRET, 24) ^ _u64(SECRET, 32)) ^ _u64(x, 0)
-        high = (_u64(SECRET, 40) ^ _u64(SECRET, 48)) ^ _u64(x, n - 8)
-        return _avalanche(n + int.from_bytes(low.to_bytes(8, "big"), "little") + high + _fold(low, high) & M64)
+        low, high = _key(24) ^ _word(x, 0), _key(40) ^ _word(x, n - 8)
+        return _avalanche(n + int.from_bytes(low.to_bytes(8, "big"), "little") + high + _fold(low, high), LONG)
+    if n > 240:
+        return _long_hash(x)
     h = n * P64[0]
     if n <= 128:
-        for i in range((n - 1) // 32, -1, -1):
-            h += _mix16(x, 16 * i, 32 * i) + _mix16(x, n - 16 * i - 16, 32 * i + 16)
-        return _avalanche(h & M64)
-    if n <= 240:
-        h = _avalanche(h + sum(_mix16(x, 16 * i, 16 * i) for i in range(8)) & M64)
-        h += sum(_mix16(x, 16 * i, 16 * (i - 8) + 3) for i in range(8, n // 16))
-        return _avalanche(h + _mix16(x, n - 16, 136 - 17) & M64)
-    return _long_hash(x)
+        return _avalanche(h + sum(_mix16(x, 16 * i, 32 * i) + _mix16(x, n - 16 * i - 16, 32 * i + 16) for i in range((n + 31) // 32)), LONG)
+    h = _avalanche(h + sum(_mix16(x, 16 * i, 16 * i) for i in range(8)), LONG)
+    h += sum(_mix16(x, 16 * i, 16 * i - 125) for i in range(8, n // 16))
+    return _avalanche(h + _mix16(x, n - 16, 119), LONG)
+
+
+def unzigzag(u):
+    return u >> 1 if u % 2 == 0 else -(u + 1 >> 1)
 
 
 class Fields:
@@ -135,15 +122,6 @@ class Fields:
     def u8(self):
         return self.take(1)[0]
 
-    def u32(self):
-        return self.number("I")
-
-    def u64(self):
-        return self.number("Q")
-
-    def f32(self):
-        return self.number("f")
-
     def f64(self):
         return self.number("d")
 
@@ -154,9 +132,8 @@ class Fields:
             value |= (byte & 127) << shift
             shift += 7
             if byte < 128:
-                break
-        require((byte or shift == 7) and value <= most, "a count is too large, or not in its shortest spelling")
-        return value
+                require((byte or shift == 7) and value <= most, "a count is too large, or not in its shortest spelling")
+                return value
 
     def zigzag(self):
         return unzigzag(self.count())
@@ -173,106 +150,75 @@ class Fields:
     def rest(self):
         return self.take(len(self.data) - self.at)
 
-    def left(self):
-        return len(self.data) - self.at
-
     def end(self):
-        require(self.left() == 0, "bytes behind the last field")
+        require(self.at == len(self.data), "bytes behind the last field")
 
 
-def unzigzag(u):
-    return u >> 1 if u % 2 == 0 else -(u + 1 >> 1)
-
-
-KNOWN = {b"INDX", b"DESC", b"TOPO", b"POSI", b"TWIN", b"ARRY", b"JOIN", b"ORDR", b"CELL", b"TAIL", b"STEP", b"SVAL"}
-KNOWN |= {b"PIEC", b"GIDS", b"PIDX", b"SIDX", b"CTAB", b"CDIR", b"CIDX", b"CHRT"}
+KNOWN = set("INDX DESC TOPO POSI TWIN ARRY JOIN ORDR CELL TAIL STEP SVAL PIEC GIDS PIDX SIDX CTAB CDIR CIDX CHRT".split())
 
 
 class Chunk:
     """Section 4."""
 
-    def __init__(self, data, at, end):
-        fields = Fields(data[:end], at)
+    def __init__(self, data, at):
+        fields = Fields(data, at)
         require(fields.take(2) == b"\xa5\x4d", "no chunk stands here")
-        self.type = fields.take(4)
+        self.type = fields.take(4).decode("latin-1")
         self.patch, self.number, self.part = (fields.count(2**32 - 1) for _ in range(3))
-        self.size = fields.count(1 << 20)
-        checked = hash64(data[at : fields.at]) & 0xFFFF
-        require(fields.number("H") == checked, "a chunk's header is damaged")
+        size = fields.count(1 << 20)
         self.header = data[at : fields.at]
-        self.begin = fields.at
-        self.content = fields.take(self.size)
+        require(fields.number("H") == hash64(self.header) & 0xFFFF, "a chunk's header is damaged")
+        self.header = data[at : fields.at]
+        self.content = fields.take(size)
         content_hash = hash64(data[at : fields.at])
-        self.checksum = fields.u64()
+        self.checksum, self.end = fields.number("Q"), fields.at
         require(self.checksum == content_hash, "a chunk's content is damaged")
-        self.end = fields.at
-
-    def entry(self):
-        return self.type, self.patch, self.number, self.part, self.size, self.checksum
+        require(self.type in KNOWN or self.type[0].islower(), "a critical chunk of an unknown type")
+        self.entry = self.type.encode("latin-1"), self.patch, self.number, self.part, size, self.checksum
 
 
 class Container:
     """Sections 3 to 7: the streams of a file, by type, patch and number."""
 
     def __init__(self, data):
-        require(data[:8] == b"\x89MAI\x0d\x0a\x1a\x0a" and len(data) >= 45, "no maille file")
-        header = Fields(data, 8)
-        self.major, self.minor = header.number("H"), header.number("H")
-        self.required, self.optional, self.mode = header.u32(), header.u32(), header.u8()
-        require(header.u32() == hash64(data[:21]) & 0xFFFFFFFF, "the header is damaged")
-        require((self.major, self.minor) == (0, 2), "another version of the format")
-        require(self.required < 2 and self.mode < 3, "a feature or mode that is not known")
-        self.data, self.chunks = data, []
-        self.footers = []  # 16.9: how many chunks there were before each footer
-        self._scan()
+        header = Fields(data)
+        require(header.take(8) == b"\x89MAI\x0d\x0a\x1a\x0a", "no maille file")
+        version, self.required, _, self.mode = header.number("I"), header.number("I"), header.number("I"), header.u8()
+        require(header.number("I") == hash64(data[:21]) & 0xFFFFFFFF, "the header is damaged")
+        require(version == 2 << 16 and self.required < 2 and self.mode < 3, "a version, feature or mode that is not known")
+        parts = {}
+        for chunk in self.chunks(data):
+            require(parts.setdefault((chunk.type, chunk.patch, chunk.number), {}).setdefault(chunk.part >> 1, chunk) is chunk, "a stream has a part twice")
         self.streams = {}
-        for chunk in self.chunks:
-            parts = self.streams.setdefault((chunk.type.decode(), chunk.patch, chunk.number), {})
-            require(chunk.part >> 1 not in parts, "a stream has a part twice")
-            parts[chunk.part >> 1] = chunk
-        for key, parts in self.streams.items():
-            require(sorted(parts) == list(range(len(parts))), "a stream lacks a part")
-            require([i for i in parts if parts[i].part & 1] == [len(parts) - 1], "the last part of a stream is not marked")
-            self.streams[key] = b"".join(parts[i].content for i in range(len(parts)))
+        for key, by_part in parts.items():
+            ordered = [by_part.get(i) for i in range(len(by_part))]
+            require([c and c.part & 1 for c in ordered] == [0] * (len(ordered) - 1) + [1], "a stream lacks a part")
+            self.streams[key] = b"".join(chunk.content for chunk in ordered)
 
-    def _scan(self):
+    def chunks(self, data):
         """All chunks in file order: this decoder reads whole files, and checks indices against what it found."""
-        data, at, index = self.data, 25, []
-        digest = hash64(data[:25])
+        at, digest, found, listed, index = 25, hash64(data[:25]), [], 0, []
+        footer = None
         while at < len(data):
             if data[at : at + 2] != b"\xa5\x4d":
-                at, index = self._footer(at, digest, index)
+                footer = Fields(data, at)
+                offset, claimed = footer.number("Q"), footer.number("Q")
+                require(footer.take(4) == b"\x89END", "what stands here is no chunk and no footer")
+                require(claimed == hash64(struct.pack("<QQ", digest, offset)), "the digest is wrong")
+                entries = Fields(b"".join(chunk.content for chunk in index))
+                for chunk in found[listed:] if offset else []:
+                    entry = entries.take(4), *(entries.count() for _ in range(4)), entries.number("Q")
+                    require(entry == chunk.entry, "the index tells of another chunk")
+                entries.end()
+                at, index, listed = footer.at, [], len(found)
                 continue
-            chunk = Chunk(data, at, len(data))
+            chunk = Chunk(data, at)
             at = chunk.end
-            if chunk.type == b"INDX":
-                index.append((at, chunk))
-                continue
-            require(not index, "a chunk behind the index")
-            self.chunks.append(chunk)
-            digest = hash64(digest.to_bytes(8, "little") + chunk.header + chunk.checksum.to_bytes(8, "little"))
-        require(self.footers and at == len(data), "the file is cut off")
-
-    def _footer(self, at, digest, index):
-        footer = Fields(self.data, at)
-        offset, claimed = footer.u64(), footer.u64()
-        require(footer.take(4) == b"\x89END", "what stands here is no chunk and no footer")
-        require(claimed == hash64(digest.to_bytes(8, "little") + offset.to_bytes(8, "little")), "the digest is wrong")
-        first = self.footers[-1] if self.footers else 0
-        if offset:
-            entries = Fields(b"".join(chunk.content for _, chunk in index))
-            for chunk in self.chunks[first:]:
-                entry = entries.take(4), *(entries.count() for _ in range(4)), entries.u64()
-                require(entry == chunk.entry(), "the index tells of another chunk")
-            entries.end()
-        else:
-            require(not index, "an index that the footer does not know")
-        self.footers.append(len(self.chunks))
-        return footer.at, []
-
-    def check_types(self):
-        for chunk in self.chunks:
-            require(chunk.type in KNOWN or chunk.type[:1].islower(), "a critical chunk of an unknown type")
+            (index if chunk.type == "INDX" else found).append(chunk)
+            if chunk.type != "INDX":
+                digest = hash64(struct.pack("<Q", digest) + chunk.header + struct.pack("<Q", chunk.checksum))
+        require(footer and footer.at == len(data), "the file is cut off")
+        return found
 
     def stream(self, kind, patch=0, number=0):
         require((kind, patch, number) in self.streams, f"stream {kind} {patch} {number} is missing")

@@ -9,5 +9,4 @@ from container import Container
 def decode(path):
     with open(path, "rb") as file:
         container = Container(file.read())
-    container.check_types()
     return {0: single, 1: stream, 2: charts}[container.mode].decode(container)

@@ -1,5 +1,6 @@
 """Sections 12.1 and 12.2 of docs/format.md: connectivity as fans that grow rings of triangles."""
 
+from around import LATE0, LATE2, Element
 from container import Fields, require, unzigzag
 from description import MIXED, NODES, POLYGON, QUAD, TRIANGLE
 from entropy import CodedSequence, Events, bits, counts, tables
@@ -49,24 +50,6 @@ class Entry:
 
     def see(self, n):
         self.seen = min(self.seen + n, 15)
-
-
-class Birth:
-    """How a vertex came up, as 12.3 asks."""
-
-    __slots__ = ("focus", "next", "beyond", "late", "before", "last", "place")
-
-    def __init__(self, focus, next_=None, beyond=None, before=None, last=None, place=13):
-        self.focus, self.late, self.place = focus, None, place
-        self.next = focus if next_ is None else next_
-        self.beyond = focus if beyond is None else beyond
-        self.before = focus if before is None else before
-        self.last = focus if last is None else last
-
-    def references(self):
-        """In the order of their weights, w0 to w6, and last."""
-        late = self.late or (self.focus,) * 3
-        return (self.focus, self.next, self.beyond) + tuple(late) + (self.before, self.last)
 
 
 def place_of(name, i, j):
@@ -193,7 +176,7 @@ class Walk:
                 corners.append(self.old())
             else:
                 newest = max(len(self.births) - 1, 0)
-                corners.append(self.new_vertex(Birth(corners[-1] if corners else newest)))
+                corners.append(self.new_vertex(Element(corners[-1] if corners else newest)))
         v0, v1, v2 = corners
         self.ring = [Entry(v0, v2, 1), Entry(v1, v0, 1), Entry(v2, v1, 1)]
         self.head, self.tail = 0, 3
@@ -209,12 +192,8 @@ class Walk:
         f, n = self.at(self.head), self.at(self.head + 1)
         for j in range(1, i + 1):
             p = self.at(self.tail - 1)
-            birth = Birth(f.vertex, before=p.across, last=p.vertex, place=place_of(name, i, j))
-            if name == CLOSE:
-                birth.next, birth.beyond = n.vertex, f.across
-            elif name == POCKET:
-                birth.next, birth.beyond = target, n.vertex
-            v = self.new_vertex(birth)
+            next_, beyond = {CLOSE: (n.vertex, f.across), POCKET: (target, n.vertex)}.get(name, (None, None))
+            v = self.new_vertex(Element(f.vertex, p.vertex, p.across, next_, beyond, place=place_of(name, i, j)))
             before = p.vertex
             p.across = self.triangle(v, spokes[j - 1])
             self.push(Entry(v, before, 1))
@@ -228,7 +207,8 @@ class Walk:
     def late(self, next_, beyond):
         p, f = self.at(self.tail - 1).vertex, self.at(self.head).vertex
         if p == len(self.births) - 1 and beyond != p:
-            self.births[p].late = (f, next_, beyond)
+            self.births[p].refs[LATE0 : LATE2 + 1] = f, next_, beyond
+            self.births[p].late = True
 
     def step(self):
         if not self.prepare():

@@ -4,9 +4,8 @@ import math
 
 import numpy as np
 
-from around import exceptions, ordered_bits
-from arrays import unit_vector
-from codes import Map, clamp, f32, wrap
+from around import exceptions
+from codes import Map, clamp, octahedral, wrap
 from container import Fields, require
 from description import CELLS, CORNERS, POINTS, TWINS
 from entropy import CodedSequence, bits, symbols
@@ -502,7 +501,7 @@ class Normals:
         codes = [wrap(x + r, 32) for x, r in zip(expected, residuals)]
         e.codes = tuple(out(codes) if V[2] < 0 else codes)
         e.error, e.completion = max(halves(abs(r)) for r in residuals), 0
-        e.vector = unit_vector(*e.codes, steps)
+        e.vector = octahedral(*e.codes, steps)
         e.bits = [int(np.array(x, self.array.dtype).view("u" + self.array.dtype[1])) for x in e.vector]
 
     def three(self, e, P, error, class_, completion, neighbours):
@@ -511,7 +510,7 @@ class Normals:
         first, second = (last + 1) % 3, (last + 2) % 3
         codes = [0, 0, 0]
         codes[first], changes = self.component(0, first, P[first], error, class_, neighbours)
-        x = self.maps[first].as_double(codes[first])
+        x = self.maps[first].number(codes[first])
         if unit_:
             rest = P[second] * P[second] + P[last] * P[last]
             if 1 - x * x > 0 and rest > 0:
@@ -521,7 +520,7 @@ class Normals:
         if changes:
             error = error + found + 1 >> 1 if found > error else 3 * error + found + 2 >> 2
         codes[second], _ = self.component(1, second, P[second], error, class_, neighbours)
-        y = self.maps[second].as_double(codes[second])
+        y = self.maps[second].number(codes[second])
         e.completion = 0
         if unit_:
             codes[last], residual = self.last_of_unit(last, first, second, P, x, y, error, completion)
@@ -529,15 +528,10 @@ class Normals:
         else:
             codes[last], _ = self.component(2, last, P[last], error, class_, neighbours)
         e.codes = tuple(codes)
-        numbers = [m.as_double(c) for m, c in zip(self.maps, codes)]
+        numbers = [m.number(c) for m, c in zip(self.maps, codes)]
         e.vector = tuple(v if math.isfinite(v) else 0.0 for v in numbers)
         e.error = max(half(clamp_nan(max(abs(v - p) for v, p in zip(numbers, P0)), 1e-30, 1e30)), self.least)
-        e.bits = [self.bits_of(m, c) for m, c in zip(self.maps, codes)]
-
-    def bits_of(self, m, c):
-        if m.kind == 1 and not m.has_factor:
-            return ordered_bits(m, c)
-        return int(np.array(m.number(c), self.array.dtype).view("u" + self.array.dtype[1]))
+        e.bits = [m.stored(c, self.array.dtype) for m, c in zip(self.maps, codes)]
 
     def step(self, k, p):
         """Twice the logarithm of the map's step at p."""

@@ -6,21 +6,10 @@ import around
 import arrays
 import normals
 from container import Fields, Unread, require, unzigzag
-from description import CELLS, CORNERS, MESH, POINTS, TWINS, Block, Description
+from description import CELLS, CORNERS, MESH, POINTS, TWINS, Block, Description, Mesh
 from entropy import CodedSequence, bits, counts
 from fans import Fans
 from surface import Surface
-
-
-class Mesh:
-    """Cells by block as lists of (type, points); values of each array, positions first, in the order of its domain."""
-
-    def __init__(self, description, blocks, values):
-        self.description, self.blocks, self.values = description, blocks, values
-        self.arrays = [description.positions] + description.arrays
-
-    def cells(self):
-        return [cell for block in self.blocks for cell in block]
 
 
 class Patch:
@@ -66,7 +55,7 @@ class Patch:
             self.twins[self.surface.corner_of[h]] = twin
 
     @property
-    def corners_(self):
+    def corners(self):
         if self._corners is None:
             self._corners = arrays.Corners(self.fans.faces)
         return self._corners
@@ -74,7 +63,7 @@ class Patch:
     def point_references(self):
         """13.2, for points: elements by number, and valences."""
         if self._point_references is None:
-            self._point_references = arrays.element_references(self.corners_, self.corners_.point, self.points)
+            self._point_references = arrays.element_references(self.corners, self.corners.point, self.points)
         return self._point_references
 
     def read_positions(self):

@@ -7,9 +7,8 @@ import numpy as np
 import values
 from codes import DTYPES
 from container import Fields, Unread, require
-from description import CELLS, POINTS, Array, plain
+from description import CELLS, POINTS, Array, Mesh, plain
 from entropy import Asker, Difference, MixedSequence, Run, bits, hash32
-from single import Mesh
 
 KIND_TYPES = {0: 12, 1: 10, 2: 13, 3: 14, 4: 9, 5: 5, 6: 3, 7: 1, 8: 11, 9: 8}
 FACES = {
@@ -184,7 +183,7 @@ class Connectivity:
                 self.to_front(guess)
                 return guess
         self.hits = (4 * self.hits + 3) % 16
-        t = self.numbers.tree(self.which, 3) - 8
+        t = self.numbers.tree(self.which, 3)
         require(t < len(self.tracks), "a track that is not there")
         number = self.tracks[t] + self.jump.read(self.numbers) & 2**64 - 1
         self.tracks = [number] + self.tracks[:7]
@@ -733,8 +732,8 @@ class StreamDescription:
         fields = Fields(plain(fields))
         self.effort = fields.count(9)
         self.any_order, self.order_apart, self.mixed, self.mixed_values, self.gated = (fields.u8() for _ in range(5))
-        self.positions = self.array(fields)
-        self.arrays = fields.list(lambda: self.array(fields))
+        self.positions = Array(fields, True)
+        self.arrays = fields.list(lambda: Array(fields, True))
         self.mesh_arrays = fields.list(lambda: self.mesh_array(fields))
         self.metadata = fields.list(lambda: (fields.text(), fields.text()))
         self.provenance = fields.text()
@@ -750,14 +749,6 @@ class StreamDescription:
         if self.order_apart & 2:
             self.numbered = fields.list(lambda: (fields.count(), fields.list(lambda: (fields.count(), fields.count()))))
         fields.end()
-
-    @staticmethod
-    def array(fields):
-        a = Array.__new__(Array)
-        a.name, a.domain, a.type, a.components, a.role = fields.text(), fields.u8(), fields.u8(), fields.count(), fields.u8()
-        a.labels, a.asked, a.bounds = fields.list(fields.text), fields.u8(), fields.f64()
-        a.dtype = DTYPES[a.type]
-        return a
 
     @staticmethod
     def mesh_array(fields):

@@ -6,8 +6,7 @@ from collections import defaultdict
 
 import numpy as np
 
-from around import ordered_bits
-from codes import DTYPES, F32_MOST, Map, bits_of, clamp, f32, from_bits, narrow_float, wrap
+from codes import DTYPES, MOST, Map, bits_of, clamp, f32, from_bits, narrow_float, wrap
 from container import require, unzigzag
 from entropy import CodedSequence, bits, symbols
 
@@ -267,7 +266,7 @@ class Values:
         x = prediction
         if m.kind == 1 and not m.digits and not m.has_table:
             if not math.isfinite(x) and m.dtype == "f4":
-                x = 0.0 if x != x else math.copysign(F32_MOST, x)
+                x = 0.0 if x != x else math.copysign(MOST["f4"], x)
             x = narrow_float(x, m.dtype)
             code = bits_of(x, m.dtype)
             code = code if code >= 0 else wrap(code ^ (1 << (31 if m.dtype == "f4" else 63)) - 1, 64)
@@ -351,10 +350,9 @@ class Values:
 
     def bits_of(self, k, c):
         m = self.maps[k]
-        if m.kind == 1 and not m.digits and not m.has_factor:
-            return ordered_bits(m, c)
-        number = narrow_float(m.digits.value(c), m.dtype) * (m.factor or 1.0) if m.digits else m.number(c)
-        return int(np.array(number, self.array.dtype).view("u" + self.array.dtype[1]))
+        if not m.digits:
+            return m.stored(c, self.array.dtype)
+        return int(np.array(narrow_float(m.digits.value(c), m.dtype) * m.factor, self.array.dtype).view("u" + self.array.dtype[1]))
 
 
 def as_rows(rows, dtype, components):
