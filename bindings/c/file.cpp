@@ -41,12 +41,15 @@ Result<> give(const std::optional<SurfacePoint>& found, maille_place& place) {
   return {};
 }
 
+/// A struct that was not set up has any size; one smaller than that of the first version is a mistake of the
+/// caller.
 Result<> check_room(const maille_place& place) {
   // As it was in the first version.
   if (place.struct_size >= offsetof(maille_place, distance) + sizeof(double)) return {};
   return wrong("set struct_size of maille_place to sizeof(maille_place) first");
 }
 
+/// Without a query: everything, in full detail.
 Result<Selection> select(File& file, const maille_query* query) {
   const Region region = query ? query->volume.region : Region();
   if (query && query->most_faces) {

@@ -98,6 +98,7 @@ Result<std::unique_ptr<maille_writer>> make_writer(maille_sink& sink, int32_t ty
   made->options.positions.type = *scalar;
   made->options.positions.tolerance = options.positions;
   made->options.effort = options.effort;
+  // Streams keep the order only where it was asked for: the option's default is that of surfaces, canonical.
   made->options.any_order = options.order != Order::keep;
   made->options.executor = options.executor;
   made->options.provenance = options.provenance;
@@ -209,6 +210,7 @@ int32_t maille_writer_add_cells(maille_writer* writer, int32_t cell_type, uint64
     const uint64_t each = nodes != 0 ? nodes : nodes_of(*type);
     if (each == 0)
       return wrong(std::string("cells of type ") + name_of(*type) + ": say how many nodes they have");
+    // Divided, so that the product below cannot wrap.
     if (cells > std::numeric_limits<ptrdiff_t>::max() / sizeof(uint64_t) / each)
       return wrong("cells: more than memory can hold");
     const auto entries = listed_numbers(connectivity, cells * each, "connectivity");

@@ -36,6 +36,7 @@ Result<Description> get_sizes(ByteReader& in, Description description) {
   uint64_t cells = 0, corners = 0;
   for (CodedBlock& block : description.blocks) {
     block.shape.cells = in.get_count();
+    // Each count is below 2^32 before it is multiplied or added, so that no sum of the blocks can wrap.
     if (block.shape.cells >= max_points) return corrupt("sizes that are none");
     cells += block.shape.cells;
     corners += block.shape.cells * nodes_of(block.shape.type);
@@ -153,6 +154,8 @@ std::vector<std::byte> chart_bytes(const Mesh& part, const EncodedPatch& patch,
   return out.take();
 }
 
+// What the sizes of a chart would take in memory, before anything is decoded. As a double, because a damaged
+// size may be any number.
 Result<double> claimed_bytes(const Description& described, Bytes bytes) {
   ByteReader in(bytes);
   return memory_of(MAILLE_TRY(get_sizes(in, described)));

@@ -98,6 +98,7 @@ int vtkMailleWriter::FillInputPortInformation(int, vtkInformation* information) 
   return 1;
 }
 
+// After an error the writer is as if nothing had begun: the next Write() starts with the first time.
 bool vtkMailleWriter::Fail(const std::string& message) {
   vtkErrorMacro(<< message);
   this->SetErrorCode(vtkErrorCode::UnknownError);
@@ -171,6 +172,7 @@ void vtkMailleWriter::WriteData() {
     if (information->Has(vtkDataObject::DATA_TIME_STEP()))
       options.time = information->Get(vtkDataObject::DATA_TIME_STEP());
     if (series) options.time = Writing->times[0];
+    // The name is there while the pipeline runs again and again; Fail() removes the file.
     if (series) Writing->part = std::string(this->FileName) + ".part";
     auto sink = maille::file_sink(series ? Writing->part : this->FileName);
     if (!sink) {

@@ -33,6 +33,7 @@ class CaseSink final : public FolderSink {
     std::error_code error;
     const bool there = fs::exists(fs::path(folder_) / path, error);
     const bool of_user = path.starts_with("constant/") || path.starts_with("system/");
+    // Files of "constant" and "system" that are there belong to the user, and no file is written twice.
     if ((there && of_user) || !paths_.insert(path).second) return false;
     if (there && !overwrite_)
       return failure(ErrorCode::usage, folder_ + "/" + path + ": exists already; -f overwrites it");

@@ -59,6 +59,7 @@ bool take_sign(std::string_view& text, char sign) {
   return true;
 }
 
+/// Names of folders are as hostile as files: whatever is not exactly of this form is no part of the case.
 std::optional<Collated> collated_of(const std::string& name) {
   Collated found;
   found.name = name;
@@ -113,6 +114,7 @@ Result<std::vector<FoamPart>> foam_processors_of(const std::string& case_folder)
     uint64_t number = 0;
     if (take_number(rest, number) && rest.empty()) numbers.insert(number);
   }
+  // If a case has both forms, the folders of single processors are read.
   if (numbers.empty()) return parts_of(collated, case_folder);
   std::vector<FoamPart> parts;
   for (const uint64_t number : numbers) {
@@ -250,6 +252,7 @@ Result<> FoamProcessors::add_faces(const std::string& folder, const FoamLists& p
     const uint64_t begin = i == 0 ? 0 : part.ends[i - 1];
     for (uint64_t k = begin; k < part.ends[i]; ++k)
       face.corners.push_back(static_cast<uint32_t>(numbers.points[part.corners[k]]));
+    // The first corner stays: faces of the whole mesh keep where they begin.
     if (turned && !face.corners.empty()) std::reverse(face.corners.begin() + 1, face.corners.end());
   }
   return {};
@@ -266,6 +269,7 @@ void FoamProcessors::add_patches(const FoamLists& part, const Numbers& numbers) 
       at = patches_.end() - 1;
     }
     for (uint64_t i = patch.first; i < patch.first + patch.faces; ++i) {
+      // First, last and number of faces are enough to see in check_patches() whether a patch has gaps.
       at->first = std::min(at->first, numbers.faces[i]);
       at->last = std::max(at->last, numbers.faces[i]);
       ++at->faces;

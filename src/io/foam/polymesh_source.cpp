@@ -100,6 +100,7 @@ class FaceList {
     uint64_t size = points_.count();
     if (compact_) {
       const int64_t place = MAILLE_TRY(places_->next());
+      // Places must rise: two readers go through the file side by side, and neither can go back.
       if (place < place_) return scattered();
       size = static_cast<uint64_t>(place - place_);
       place_ = place;
@@ -157,6 +158,7 @@ class PolyMeshSource final : public MeshSource {
   Result<> read_array(size_t array, uint64_t first, uint64_t count, std::span<std::byte> out) override;
 
  private:
+  /// What the budget is measured against: files of a few bytes may claim long lists by repeating a value.
   uint64_t folder_bytes() const {
     uint64_t bytes = 0;
     for (const char* name :

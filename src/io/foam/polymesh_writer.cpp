@@ -41,6 +41,8 @@ class PolyMeshWriter {
         groups_(description_),
         file_(sink, binary_, description_.point_type == Scalar::f32),
         out_(file_.out()),
+        // Three fourths of the memory sort the faces, which are the most by far; an eighth is for each kind
+        // of zones. Chosen, not swept.
         table_(memory / 4 * 3, folder, sink.name()),
         cell_zones_(memory / 8, folder),
         point_zones_(memory / 8, folder),
@@ -224,6 +226,7 @@ Result<> PolyMeshWriter::add_cell(const MeshDescription::Block& block, uint64_t 
     sizes = std::span(piece_.face_sizes)
                 .subspan(piece_.cell_faces[i], piece_.cell_faces[i + 1] - piece_.cell_faces[i]);
   const uint64_t cell = table_.cells;
+  // A cell that polyMesh cannot hold is counted by the table, for a note.
   if (!MAILLE_TRY(table_.add_cell(type, nodes_, sizes))) return {};
   written_.cells.add(place);
   zones_.clear();
@@ -299,6 +302,8 @@ void PolyMeshWriter::place_patches() {
     patch.first = faces;
     faces += patch.faces;
   }
+  // Labels of 32 bits are OpenFOAM's default; larger ones only where some number needs them, as a program
+  // built for the other size refuses the file.
   const uint64_t most = std::max({description_.points, table_.cells, faces + 1, table_.corners});
   file_.set_wide_labels(most > INT32_MAX);
 }

@@ -100,6 +100,8 @@ tl::unexpected<Error> GltfAccessors::malformed(const std::string& what) const {
   return failure(ErrorCode::malformed_input, file_.name + ": " + what);
 }
 
+// Columns of small matrices begin at multiples of four bytes (glTF 2.0, 3.6.2.4), so there may be gaps
+// between them.
 void GltfAccessors::copy_element(const GltfLayout& layout, const std::byte* from, std::byte* to) {
   for (uint32_t c = 0; c < layout.columns; ++c) {
     std::memcpy(to + c * layout.column_size(), from + c * layout.column_stride(), layout.column_size());
@@ -150,6 +152,7 @@ Result<> GltfAccessors::read_sparse(const tinygltf::Accessor& accessor, const Gl
   if (!type || (*type != Scalar::u8 && *type != Scalar::u16 && *type != Scalar::u32)) {
     return malformed(where + " has indices that are not unsigned integers");
   }
+  // The library reads these as signed numbers, whatever the file says.
   if (sparse.count < 0 || sparse.indices.byteOffset < 0 || sparse.values.byteOffset < 0) {
     return malformed(where + " has a negative count or offset");
   }

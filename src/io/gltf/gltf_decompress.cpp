@@ -225,6 +225,7 @@ Result<> GltfDecompressor::give_vertices(const Mesh& mesh, const std::vector<Lin
 Result<> GltfDecompressor::decompress(uint64_t view, Bytes bytes, const std::vector<Linked*>& primitives) {
   const std::string name = document_.file.name + ": buffer view " + std::to_string(view);
   DecodeOptions decoding;
+  // The limit is for the whole asset: what earlier files took is gone.
   decoding.limits.mesh_bytes = options_.limits.mesh_bytes - taken_;
   decoding.executor = options_.executor;
   const Mesh mesh = MAILLE_TRY(decode(*memory_source(bytes, name), decoding));
@@ -290,6 +291,7 @@ Result<std::vector<GltfPart>> gltf_parts(const Source& source) {
   std::vector<GltfPart> parts;
   std::byte first[4] = {};
   if (source.size() < sizeof first || !source.read_at(0, first)) return parts;
+  // JSON may begin with a blank or a line end; whatever else it is, parsing decides.
   const bool may_be = std::memcmp(first, "glTF", 4) == 0 || first[0] == std::byte{'{'} ||
                       first[0] == std::byte{' '} || first[0] == std::byte{'\n'};
   if (!may_be) return parts;

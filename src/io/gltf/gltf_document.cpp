@@ -20,6 +20,7 @@ const GltfJson& gltf_list(const GltfJson& object, const char* key) {
   return value && value->is_array() ? *value : empty;
 }
 
+// Only whole numbers without sign: 1.0 and -1 are none, as the schema says of indices and sizes.
 std::optional<uint64_t> gltf_number(const GltfJson& object, const char* key) {
   const GltfJson* value = gltf_member(object, key);
   if (!value || !value->is_number_unsigned()) return std::nullopt;
@@ -83,6 +84,8 @@ void mark_views(const GltfJson& value, std::vector<bool>& used) {
 
 }  // namespace
 
+// What nothing names any more is free: an extension that maille does not know may still use a view, and keeps
+// it.
 void GltfDocument::free_views(const std::vector<size_t>& before) {
   std::vector<bool> used(views_.size());
   mark_views(json, used);
@@ -92,6 +95,7 @@ void GltfDocument::free_views(const std::vector<size_t>& before) {
   first_free_ = 0;
 }
 
+// Free views are used first, so that the numbers of all others stay.
 size_t GltfDocument::add_view(std::vector<std::byte> bytes, const GltfJson& more) {
   while (first_free_ < views_.size() && !views_[first_free_].is_free) ++first_free_;
   const size_t number = first_free_;

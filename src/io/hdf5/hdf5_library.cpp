@@ -11,6 +11,7 @@ bool find(void* library, const char* name, Symbol& symbol) {
   return symbol != nullptr;
 }
 
+/// All or none: a library that lacks one of these is another one than the headers describe.
 bool find_all(void* library, Hdf5Library& h5) {
   return find(library, "H5open", h5.open) && find(library, "H5free_memory", h5.free_memory) &&
          find(library, "H5PLset_loading_state", h5.pl_set_loading_state) &&

@@ -63,6 +63,8 @@ void MeditWriter::collect() {
                                : nodes.size() == 3       ? CellType::triangle
                                : nodes.size() == 4       ? CellType::quad
                                                          : type;
+      // MEDIT has no polygons: those of three and four corners are its triangles and quadrilaterals (see
+      // `written`). A kind without a code exists in text only.
       const MeditCellKind* kind = kind_of(written);
       if (kind == nullptr || (binary_ && kind->code == 0)) {
         ++dropped;

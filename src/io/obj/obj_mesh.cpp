@@ -93,6 +93,7 @@ Array ObjPass::gather(size_t kind, std::vector<std::string>& notes) const {
   const size_t size = values.tuple_size();
   Array array = make_array(obj_array_names[kind + 1], Domain::corner, values.type(), values.components(),
                            obj_array_roles[kind + 1]);
+  // Only for the note: values that no corner refers to are lost.
   std::vector<bool> seen(values.count());
   uint64_t corners = 0;
   for (const ObjCells& cells : cells_) corners += cells.cells.nodes.size();
@@ -137,6 +138,8 @@ void ObjPass::take_labels(Mesh& mesh) {
   }
 }
 
+// Three kinds of statements, "f", "l" and "p", are three lists of cells and so three blocks, whatever order
+// they have in the file.
 void ObjPass::take_blocks(Mesh& mesh) {
   if (cells_[0].cells.count() != 0) mesh.blocks.push_back(cells_[0].cells.take_faces());
   if (cells_[1].cells.count() != 0)

@@ -54,6 +54,7 @@ std::vector<std::string> vtk_block_names(const VtkBlocks& blocks) {
   return names;
 }
 
+// The names as labels of a cell array: what programs that know nothing of maille can colour by.
 std::optional<Array> vtk_block_array(const Mesh& mesh) {
   const VtkBlocks blocks = blocks_of(mesh);
   if (!vtk_has_names(blocks) || mesh.find(vtk_block_array_name, Domain::cell)) return {};

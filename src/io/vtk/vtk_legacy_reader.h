@@ -72,11 +72,14 @@ class VtkLegacyReader {
   Cells cells_, verts_, lines_, polys_, strips_;
   std::vector<int64_t> types_;
   CellStore store_;
+  // Points along each axis of structured, rectilinear and uniform grids: 1 to 2^32 - 1 once they are read.
   int64_t dimensions_[3] = {0, 0, 0};
   double origin_[3] = {0, 0, 0}, spacing_[3] = {1, 1, 1};
   Array coordinates_[3];
+  // What POINT_DATA or CELL_DATA said last: attributes behind it belong there.
   Domain domain_ = Domain::mesh;
   uint64_t domain_count_ = 0;
+  // Kept apart until all is read, as cells may still be reordered or left out.
   std::vector<Array> point_arrays_, cell_arrays_;
   VtkFieldData field_;
   VtkTexts texts_;

@@ -137,6 +137,7 @@ Array narrow(const Array& sizes) {
   return array;
 }
 
+/// Texts as bytes, each ended by a zero: meshio refuses files with arrays of text.
 Array bytes_of(const std::string& name, const std::vector<std::string>& texts) {
   Array array = make_array(name, Domain::mesh, Scalar::u8, 1);
   for (const std::string& text : texts) {

@@ -299,6 +299,8 @@ void VtpReader::build_blocks() {
   }
 }
 
+// Tuples are kept by kind until all pieces are read, because each kind is one block and VTK's files have the
+// kinds piece by piece.
 void VtpReader::join_cell_arrays() {
   for (CellArray& cell_array : cell_arrays_) {
     Buffer<std::byte>& bytes = cell_array.array.bytes;

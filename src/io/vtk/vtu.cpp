@@ -73,6 +73,7 @@ Result<> VtuReader::read_points(const VtkXml& xml, pugi::xml_node piece, uint64_
                                 std::to_string(array.components) + " numbers, but NumberOfPoints is " +
                                 std::to_string(points) + " of 3 numbers");
   }
+  // The first piece that has points decides; pieces without any may say any type.
   if (!has_points_) mesh_.points.type = array.type;
   has_points_ = true;
   if (mesh_.points.type != array.type) {
@@ -144,6 +145,7 @@ Result<> VtuReader::read_data(const VtkXml& xml, pugi::xml_node data, Domain dom
   // Empty pieces may lack their arrays, as those of processes without a share of the mesh do.
   if (pieces_ > 0 && count == 0) return {};
   size_t index = 0;
+  // Arrays of points and cells share one list; pieces must name those of a domain in the same order.
   const auto next = [&] {
     while (index < mesh_.arrays.size() && mesh_.arrays[index].domain != domain) ++index;
     return index;

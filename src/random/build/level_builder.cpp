@@ -118,6 +118,7 @@ class LevelBuilder {
       const auto face = faces_.face(i);
       for (size_t k = 0; k < face.size(); ++k) {
         const uint32_t next = face[k + 1 < face.size() ? k + 1 : 0];
+        // The same exclusive or as in 15.1 of docs/format.md: it is not 0 where a vertex lies on a border.
         neighbours[face[k]] ^= next + 1;
         neighbours[next] ^= face[k] + 1;
       }
@@ -311,6 +312,8 @@ class LevelBuilder {
     job.bound = deviation(input, simplified);
     const auto left = static_cast<uint32_t>(simplified.triangles.size() / 3);
     uint32_t parts = 1;
+    // Two parts at least, where there is enough for two: the border between them is new, so that the next
+    // level can simplify across the old ones.
     if (!last && left > sizes_.chart_faces / 2)
       parts = std::max(2u, (left + sizes_.chart_faces / 2) / sizes_.chart_faces);
     split(job, simplified, parts);

@@ -88,6 +88,8 @@ Result<MeshWindows> MeshWindows::distribute(MeshSource& mesh, const std::vector<
   return windows;
 }
 
+// Checks what the windows rely on, and lays out their records: one row for a point or face with its number
+// and all its tuples, so that a window is read from one place.
 Result<> MeshWindows::lay_out() {
   const MeshDescription& mesh = mesh_->description();
   if (mesh.blocks.size() > 1) return refused("out of memory, mode \"random\" takes one block of faces");
@@ -114,6 +116,8 @@ Result<> MeshWindows::lay_out() {
   return {};
 }
 
+// A pass over the positions for their box. Points are placed on a curve of 2^20 steps along the longest side,
+// which place_on_curve() can number in 64 bits.
 Result<> MeshWindows::measure() {
   const Scalar type = mesh_->description().point_type;
   const uint64_t points = mesh_->description().points;
@@ -170,6 +174,7 @@ Result<> MeshWindows::cut(uint64_t faces) {
   }
   std::sort(sample.begin(), sample.end());
   for (uint64_t i = 1; i < wished; ++i) cuts_.push_back(sample[i * sample.size() / wished]);
+  // Many points at one place give equal cuts: fewer, larger windows then.
   cuts_.erase(std::unique(cuts_.begin(), cuts_.end()), cuts_.end());
   windows_ = static_cast<uint32_t>(cuts_.size() + 1);
   return {};
@@ -278,6 +283,8 @@ Result<> MeshWindows::deal_face(uint64_t face, std::span<const uint64_t> nodes, 
     uint16_t& owner = owner_[node];
     const auto from = static_cast<uint16_t>(owner & ~requested_bit);
     if (from == window) continue;
+    // The window of the face needs the point, and the window of the point must know that others have it: such
+    // a point is shared, and is not moved by simplification.
     foreign_[window].push_back(static_cast<uint32_t>(node));
     if ((owner & requested_bit) == 0) answers_[from].push_back({static_cast<uint32_t>(node), 0, 0});
     owner = static_cast<uint16_t>(owner | requested_bit);
@@ -306,6 +313,8 @@ Result<> MeshWindows::answer() {
     find_coinciding(local.numbers, decoded_places(coded), lowest, copies);
     size_t next = 0;
     for (Answer& each : answers) {
+      // Both are sorted by number, and each answer is for a point of this window; so the search goes on from
+      // where the last one ended.
       while (number_in(own.data() + next * stride) != each.id) ++next;
       each.lowest = number_in(own.data() + lowest[next] * stride);
       each.copy = copies[next];
@@ -352,6 +361,8 @@ Result<> MeshWindows::read_foreign(LoadedWindow& window) {
   window.foreign.resize(ids.size() * layout_.point_bytes);
   std::vector<std::byte> part;
   for (size_t begin = 0, end = 0; begin < ids.size(); begin = end) {
+    // Gaps below 32 numbers are read along, and 4,096 rows are the most that is held. Both were chosen, not
+    // swept.
     for (end = begin + 1; end < ids.size() && ids[end] - ids[end - 1] < 32 && ids[end] - ids[begin] < 4096;)
       ++end;
     const uint64_t count = uint64_t{ids[end - 1]} - ids[begin] + 1;

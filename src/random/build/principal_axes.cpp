@@ -8,6 +8,7 @@ namespace {
 
 using Matrix = std::array<std::array<double, 3>, 3>;
 
+/// Not divided by the number of places, which would not change the axes.
 Matrix covariance(const SpatialGraph& graph) {
   std::array<double, 3> mean{};
   for (const auto& place : graph.place) {
@@ -65,6 +66,7 @@ std::array<std::array<double, 3>, 3> principal_axes(const SpatialGraph& graph) {
     rotate(m, axes, 1, 2);
   }
   std::array<unsigned, 3> order = {0, 1, 2};
+  // The longest axis first; stable, so that equal ones keep their order.
   std::stable_sort(order.begin(), order.end(), [&](unsigned a, unsigned b) { return m[a][a] > m[b][b]; });
   Matrix sorted;
   for (unsigned i = 0; i < 3; ++i) {

@@ -99,6 +99,8 @@ class ArraySampler {
     sample_.bytes.insert(sample_.bytes.end(), high.begin(), high.end());
     return {};
   }
+  /// Whether the maps that a sample suggests hold a number: its code fits the codec, and comes back within
+  /// the bound, or bit for bit.
   bool fits(const ArrayMaps& maps, uint32_t component, const std::byte* number) const {
     const double value = number_as_double(sample_.type, number);
     if (!maps.lossless && !maps.maps[component].reaches(sample_.type, number)) return true;  // an exception

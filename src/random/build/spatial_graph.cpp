@@ -37,6 +37,8 @@ EdgeTable edges_of(const FaceLists& faces, uint32_t vertices) {
     table.edges[next[a]++] = uint64_t{b} << 32 | face;
   });
   for (uint32_t v = 0; v < vertices; ++v) {
+    // A vertex has few edges; edges with the same ends come together, so that for_each_link() finds the faces
+    // at them.
     sort_few(std::span(table.edges).subspan(table.first[v], table.first[v + 1] - table.first[v]));
   }
   return table;
@@ -57,6 +59,8 @@ void for_each_link(const EdgeTable& table, F f) {
   }
 }
 
+/// Lists of neighbours in one array, by counting: no allocation for each node, and an order that depends on
+/// the faces alone.
 void link(const EdgeTable& table, SpatialGraph& graph) {
   graph.first.assign(size_t{graph.size()} + 1, 0);
   for_each_link(table, [&](uint32_t a, uint32_t b) {

@@ -61,6 +61,9 @@ class FrontChunks {
 
 }  // namespace
 
+// The front is tried first, which takes one request; then once more, if the source can fetch it anew; then
+// all of the file is searched for what the front should have said. Errors of the source itself end this at
+// once, as searching would only ask it for more.
 Result<RandomReader> RandomReader::open(const Source& source, const DecodeOptions& options) {
   RandomReader reader(source, options);
   reader.header_ = MAILLE_TRY(FrontChunks(source).header());
@@ -131,6 +134,7 @@ Result<> RandomReader::rebuild() {
   if (charts_alone) return left_out_of_charts();
   const FileReader& file = MAILLE_TRY(whole_file());
   RebuiltIndex rebuilt = MAILLE_TRY(rebuild_index(*source_, file, sets_, options_));
+  // Sizes of arrays cannot be found by decoding; where the directory survived they are taken from it.
   if (directory_.finest.arrays.size() == description_.arrays.size() + 1) {
     rebuilt.directory.finest = std::move(directory_.finest);
     rebuilt.directory.coarser = std::move(directory_.coarser);

@@ -75,6 +75,7 @@ Selection select(const ChartIndex& index, const Region& region, const Detail& de
         if (visited[chart.producer] || !missing.has(chart.producer)) continue;
         const IndexedGroup& finer = index.group(chart.producer);
         if (is_too_coarse(finer, detail)) {
+          // Where the region does not meet the finer group nothing of it is wanted, nor of the coarse chart.
           if (region.meets(finer.sphere)) visit(chart.producer);
           continue;
         }
@@ -106,6 +107,8 @@ class GrowingCut {
         candidates_.pop();
         continue;
       }
+      // The worst group that does not fit ends the search: refining a better one instead would spend the
+      // faces where they matter less.
       if (faces_ - replaced_[group].faces + faces_of(group) > most_faces) break;
       candidates_.pop();
       refine(group);
