@@ -155,6 +155,8 @@ Result<std::optional<GeneratedParts>> generate_in_parts(const BlockDescription& 
   maille::GenerateOptions generation = options.generation;
   generation.faces_last = !generation.streaming_order;
   GeneratedBlocks blocks(description);
+  // The mesh is generated twice: a sink must know blocks and counts before the first point. Generating takes
+  // less time than writing.
   TOOL_CHECK(generate(description, generation, blocks));
   GeneratedParts parts{std::move(blocks.counts), 0};
   const MeshDescription mesh = std::move(blocks).finish();

@@ -54,6 +54,7 @@ Result<bool> has_volume(MeshSource& mesh) {
 WorkingSpace space_for(const CommonOptions& common, const std::string& output, bool reorder) {
   WorkingSpace space;
   space.folder = scratch_folder(output);
+  // The default bounds a mesh that is held in memory; only a bound that somebody gave is one for the process.
   const bool asked = common.memory != Limits{}.mesh_bytes;
   if (asked) space.limit = common.memory;
   if (reorder) space.memory = asked ? common.memory : uint64_t{512} << 20;
@@ -108,6 +109,7 @@ namespace {
 /// Opening sorts all faces, so only where it has to be: read whole it takes about so many times its files.
 std::optional<InputInParts> open_polymesh_in_parts(const CompressOptions& options,
                                                    ProgressDisplay& progress) {
+  // Estimated, not swept: it only decides between two ways with the same result.
   constexpr uint64_t times_in_memory = 6;
   const uint64_t bytes = bytes_of_case(options.input);
   if (bytes < std::min(small_bytes, options.common.memory) / times_in_memory) return std::nullopt;
@@ -184,6 +186,7 @@ namespace {
 /// An open file without a name.
 Result<std::unique_ptr<Source>> written_to_vtu(const Mesh& mesh, const std::string& folder) {
   std::string path = (folder.empty() ? "/tmp" : folder) + "/maille-XXXXXX.vtu";
+  // A name is needed, as file_sink() writes by name; it is removed as soon as the file is open for reading.
   const int file = ::mkstemps(path.data(), 4);
   if (file < 0) return failure(ErrorCode::write_failed, path + ": " + std::strerror(errno));
   ::close(file);

@@ -126,6 +126,8 @@ maille::Result<> vtkMailleReader::State::read() {
   return {};
 }
 
+// By name only, as decode() has it: take_selected() then leaves out the array on points or cells that only
+// shares the name. Without a value all are wanted, which also takes arrays that no list names.
 std::optional<std::vector<std::string>> vtkMailleReader::State::wanted() const {
   std::vector<std::string> names;
   bool all = true;
@@ -150,6 +152,7 @@ maille::Detail vtkMailleReader::State::detail(const vtkMailleReader& reader) con
     detail.view = maille::View{{{eye[0], eye[1], eye[2]}}, reader.PixelsPerRadian, reader.Pixels};
     return detail;
   }
+  // A bound, a level, or both: then the finer of the two. Without either, level 0, the mesh itself.
   if (reader.MaximumError > 0) detail.bound = reader.MaximumError;
   if (reader.MaximumError <= 0 || reader.Level != 0) detail.level = static_cast<uint32_t>(reader.Level);
   return detail;
@@ -288,6 +291,7 @@ int vtkMailleReader::RequestInformation(vtkInformation*, vtkInformationVector**,
   using Pipeline = vtkStreamingDemandDrivenPipeline;
   if (!this->ReadDescription()) return 1;  // said already; the output stays empty
   vtkInformation* const information = output->GetInformationObject(0);
+  // Each process of pvserver asks for its own share, and none reads the whole mesh.
   information->Set(vtkAlgorithm::CAN_HANDLE_PIECE_REQUEST(), 1);
   information->Remove(Pipeline::TIME_STEPS());
   information->Remove(Pipeline::TIME_RANGE());

@@ -66,6 +66,7 @@ struct Sides {
   std::vector<std::vector<uint8_t>> corners;
 };
 
+/// Nothing for elements that have no sides of faces or lines here, such as bars.
 const std::vector<std::vector<uint8_t>>* sides_of(CellType type) {
   static const Sides table[] = {
       {CellType::hexahedron,
@@ -174,6 +175,7 @@ Result<> ExodusReader::read_points() {
     const NetcdfFile::Variable* const variable = all != nullptr ? all : file_.find(names[k]);
     if (variable == nullptr || variable->type != first->type)
       return malformed(std::string(names[k]) + " is missing or of another type");
+    // The one table is read once; the variables of axes one after the other.
     if (all == nullptr || k == 0)
       axes[k] =
           MAILLE_TRY(file_.read(*variable, 0, make_array(names[k], Domain::mesh, first->type, 1), budget_));
@@ -191,6 +193,7 @@ Result<> ExodusReader::read_points() {
   return {};
 }
 
+/// Variables are counted from 1 in their names: "connect1", "vals_nod_var3".
 std::string numbered(const std::string& name, uint64_t number) {
   return name + std::to_string(number + 1);
 }
@@ -312,6 +315,7 @@ Result<> ExodusReader::read_node_sets() {
   const uint64_t count = std::min<uint64_t>(file_.dimension("num_node_sets"), most_sets_);
   const std::vector<std::string> names =
       MAILLE_TRY(names_of(file_, "ns_names", "ns_prop1", "node set", count, budget_));
+  // Sets are members of a list; as 0 and 1 on all nodes they survive in any format that has arrays on points.
   for (uint64_t s = 0; s < count; ++s) {
     const std::vector<int64_t> nodes = MAILLE_TRY(file_.integers(numbered("node_ns", s), budget_));
     MAILLE_CHECK(budget_.take(points_, 1));

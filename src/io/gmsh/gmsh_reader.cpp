@@ -107,6 +107,7 @@ Result<> GmshReader::add_element(const GmshType& type, int64_t number, int64_t p
   for (unsigned k = 0; k < type.nodes; ++k)
     cells_.nodes.push_back(found[type.order.empty() ? k : type.order[k]]);
   elements_.add(number);
+  // Tags have 32 bits in binary files, which is what all of them are kept in.
   physical_.push_back(static_cast<int32_t>(physical));
   geometrical_.push_back(static_cast<int32_t>(geometrical));
   cells_.end_cells(1, type.type, type.nodes);
@@ -189,6 +190,7 @@ Result<GmshReader::DataHead> GmshReader::read_data_head() {
     if (!in_.integer(i == 0 ? head.step : i == 1 ? head.components : i == 2 ? head.entries : more))
       return in_.expected("a whole number of data \"" + head.name + "\"");
   }
+  // Gmsh writes 1, 3 or 9 components; 100 bounds what one entry can claim. Chosen, not swept.
   if (head.components < 1 || head.components > 100 || head.entries < 0)
     return in_.malformed("data \"" + head.name + "\" should have 1 to 100 components");
   // No more than the entries can fill, so that a small file does not make many large arrays.
@@ -258,6 +260,7 @@ Result<> GmshReader::read_section(const std::string& name) {
                        ": it has version 1 of Gmsh's format; versions 2 and 4.1 can be read: save it "
                        "again with gmsh -format msh41");
   }
+  // Everything else depends on the version: sizes of numbers, heads of blocks.
   if (name != "MeshFormat" && version_ == 0) return in_.malformed("the file should begin with $MeshFormat");
   if (name == "MeshFormat") return read_format();
   if (name == "PhysicalNames") return read_names();

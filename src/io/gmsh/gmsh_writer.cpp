@@ -206,6 +206,7 @@ Result<> GmshWriter::find_columns() {
     const std::string rest = key.substr(std::string_view(gmsh_names_prefix).size());
     const size_t dot = rest.find('.');
     if (dot == std::string::npos) continue;
+    // Anything may stand in metadata; text that is no number gives tag 0, which no element has.
     names_[{std::atoi(rest.c_str()), std::atoll(rest.c_str() + dot + 1)}] = name;
   }
   physical_.array = integers(gmsh_physical_name, Domain::cell);
@@ -225,6 +226,8 @@ Result<> GmshWriter::choose_groups() {
   for (const auto& [group, name] : names_) last = std::max(last, group.second);
   size_t b = 0;
   MAILLE_CHECK(visit_elements([&](const Element& element) -> Result<> {
+    // Cells come in the order of blocks, so the block is followed instead of looked up. Empty blocks are
+    // passed over.
     while (element.cell >= block_ends_[b]) ++b;
     const std::string& name = description_.blocks[b].name;
     const int dimension = element.dimension();

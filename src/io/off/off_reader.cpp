@@ -82,6 +82,7 @@ class OffPass {
   NumberColumn& column(OffArray array) { return columns_[static_cast<size_t>(array)]; }
   bool wide(OffArray array) const { return wide_[static_cast<size_t>(array)]; }
 
+  // What is kept so far, which the limit is held against.
   uint64_t bytes() const {
     uint64_t size = faces_.bytes() + face_colours_.bytes();
     for (const NumberColumn& column : columns_) size += column.bytes().size();
@@ -176,6 +177,8 @@ class OffPass {
       return bad("the file ends at vertex " + std::to_string(vertex) + " of " +
                  std::to_string(header_.vertices));
     }
+    // The most that a keyword can ask for is 13: four of the position, three of the normal, four of the
+    // colour, two of the texture.
     std::array<Number, 16> numbers;
     size_t count = 0;
     for (; !scanner_.at_line_end() && scanner_.peek() != '#'; scanner_.skip_blanks()) {

@@ -71,6 +71,7 @@ Result<ReadResult> read_binary(Bytes bytes, Watch& watch) {
   ReadResult result;
   // A closed surface of triangles has about half as many points as facets.
   TupleIndex points(12, count / 2 + 8);
+  // `count` was held against the bytes that are there, 50 for each facet.
   std::vector<uint32_t> nodes(count * 3);
   std::vector<std::byte> normals(count * 12);
   std::vector<std::byte> attributes(count * 2);
@@ -134,6 +135,7 @@ class StlPass {
     const Scalar type = normals_.type();
     const uint64_t facets = nodes_.size() / 3;
     finish(result, points_, std::move(nodes_), type, normals_.bytes());
+    // One solid is the mesh, and its name metadata; of several each facet remembers its own.
     if (solids_.size() == 1) {
       if (!solids_[0].empty()) result.mesh.metadata.emplace_back("stl.solid", solids_[0]);
     } else if (facets != 0) {
