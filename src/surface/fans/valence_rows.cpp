@@ -97,34 +97,44 @@ class Fitter {
     for (unsigned g = 0; g < ValenceRows::groups; ++g) useful_.emplace_back(g);
     std::array<uint32_t, ValenceRows::groups> count{};
     visit_vertices(1, [&](uint32_t v) { ++count[group_of(v)]; });
-    for (unsigned g = 0; g < ValenceRows::groups; ++g)
-      stride_[g] = std::max(1u, (count[g] + most_of_group - 1) / most_of_group);
+    for (unsigned g = 0; g < ValenceRows::groups; ++g) {
+      if (useful_[g].count == 0) continue;
+      const uint32_t stride = stride_[g] = std::max(1u, (count[g] + most_of_group - 1) / most_of_group);
+      represented_ += uint64_t{(count[g] + stride - 1) / stride} * stride;
+      if (count[g] < fewest_samples) continue;
+      slot_[g] = static_cast<int>(fitted_groups_.size());
+      fitted_groups_.push_back(g);
+    }
   }
 
   FittedRows run() {
+    if (fitted_groups_.empty()) return without_rows();
     const auto by_place = std::make_unique<Solutions>(), by_valence = std::make_unique<Solutions>();
-    for (unsigned g = 0; g < ValenceRows::groups; ++g) {
-      std::array<ValenceRows::Row, terms> plain{};
-      plain[0] = ValenceRows::plain_row(g);
-      (*by_place)[g] = (*by_valence)[g] = from_rows(plain, g);
-    }
+    for (const unsigned g : fitted_groups_)
+      (*by_place)[g] = (*by_valence)[g] = from_rows(only_plain_row(g), g);
+    // Sums of the groups that occur only: those of all take a megabyte, and clearing it in every round was
+    // 70 % of the work for a chart of four faces.
+    std::vector<Normals> of_place(fitted_groups_.size()), of_valence(fitted_groups_.size());
     // Each round says anew which samples lie far out; few suffice for that at first. With three rounds files
     // were 0.2 to 4 % larger (eleven of fourteen meshes of build/data/tri and poly, 14 bits).
     for (const uint32_t part : {4u, 4u, 4u, 4u, 2u, 2u, 1u}) {
-      std::vector<Normals> of_place(ValenceRows::groups), of_valence(ValenceRows::groups);
+      std::fill(of_place.begin(), of_place.end(), Normals{});
+      std::fill(of_valence.begin(), of_valence.end(), Normals{});
       visit(part, [&](const Sample<components>& sample) {
         const unsigned g = sample.group;
-        add<1>(sample, (*by_place)[g], of_place[g]);
-        if (with_valences_) add<terms>(sample, (*by_valence)[g], of_valence[g]);
+        const auto slot = static_cast<size_t>(slot_[g]);
+        add<1>(sample, (*by_place)[g], of_place[slot]);
+        if (with_valences_) add<terms>(sample, (*by_valence)[g], of_valence[slot]);
       });
-      for (unsigned g = 0; g < ValenceRows::groups; ++g) {
+      for (size_t slot = 0; slot < fitted_groups_.size(); ++slot) {
+        const unsigned g = fitted_groups_[slot];
         // A round on a part of the samples may find as much smaller a part of each group.
-        if (of_place[g].samples < fewest_samples / part) continue;
-        found_[g] = solve(of_place[g], g, 1, (*by_place)[g]) && part == 1;
-        if (with_valences_) solve(of_valence[g], g, terms, (*by_valence)[g]);
+        if (of_place[slot].samples < fewest_samples / part) continue;
+        found_[g] = solve(of_place[slot], g, 1, (*by_place)[g]) && part == 1;
+        if (with_valences_) solve(of_valence[slot], g, terms, (*by_valence)[g]);
       }
     }
-    for (unsigned g = 0; g < ValenceRows::groups; ++g) {
+    for (const unsigned g : fitted_groups_) {
       rows_by_place_[g] = to_rows((*by_place)[g], g, 1);
       rows_by_valence_[g] = to_rows((*by_valence)[g], g, terms);
     }
@@ -143,13 +153,13 @@ class Fitter {
       for (uint32_t v = std::max(begin, 1u); v < std::min(end, begin + samples_in_a_run); ++v) visit(v);
     }
   }
-  /// Of groups that have more than enough, only some.
+  /// Of the groups that are fitted; of those that have more than enough, only some.
   template <class Visit>
   void visit(uint32_t part, Visit visit) const {
     std::array<uint32_t, ValenceRows::groups> seen{};
     visit_vertices(part, [&](uint32_t v) {
       const unsigned g = group_of(v);
-      if (useful_[g].count == 0 || seen[g]++ % stride_[g] != 0) return;
+      if (slot_[g] < 0 || seen[g]++ % stride_[g] != 0) return;
       visit(sample_of(v));
     });
   }
@@ -180,6 +190,12 @@ class Fitter {
                       deviation(v)};
     if (!ValenceRows::is_useful(sample.group, ValenceRows::by_next)) sample.factors[ValenceRows::by_next] = 0;
     return sample;
+  }
+
+  static std::array<int, ValenceRows::groups> no_slots() {
+    std::array<int, ValenceRows::groups> slots;
+    slots.fill(-1);
+    return slots;
   }
 
   /// Weights of the useful references, by term.
@@ -292,6 +308,11 @@ class Fitter {
     }
     return result;
   }
+  static std::array<ValenceRows::Row, terms> only_plain_row(unsigned group) {
+    std::array<ValenceRows::Row, terms> rows{};
+    rows[0] = ValenceRows::plain_row(group);
+    return rows;
+  }
   /// About log2 of what is left, in 1/65536 bits: integers, so that the sum does not depend on the order. The
   /// clamp also catches NaN.
   template <unsigned used>
@@ -323,26 +344,21 @@ class Fitter {
     std::array<std::array<uint64_t, ValenceRows::groups>, 3> costs{};
     std::array<std::unique_ptr<Solutions>, 3> rows;
     for (auto& one : rows) one = std::make_unique<Solutions>();
-    for (unsigned g = 0; g < ValenceRows::groups; ++g) {
-      std::array<ValenceRows::Row, terms> plain{};
-      plain[0] = ValenceRows::plain_row(g);
-      (*rows[0])[g] = from_rows(plain, g);
+    for (const unsigned g : fitted_groups_) {
+      (*rows[0])[g] = from_rows(only_plain_row(g), g);
       (*rows[1])[g] = from_rows(rows_by_place_[g], g);
       (*rows[2])[g] = from_rows(rows_by_valence_[g], g);
     }
-    uint64_t samples = 0;
     visit(1, [&](const Sample<components>& sample) {
-      samples += stride_[sample.group];
       const unsigned g = sample.group;
       if (!found_[g]) return;
       costs[0][g] += cost<1>(sample, (*rows[0])[g]);
       costs[1][g] += cost<1>(sample, (*rows[1])[g]);
       if (with_valences_) costs[2][g] += cost<terms>(sample, (*rows[2])[g]);
     });
-    const double each = static_cast<double>(fans_.vertices) / static_cast<double>(samples + 1);
-    FittedRows fitted;
-    fitted.by_place.polygons = fitted.by_valence.polygons = !fans_.offsets.empty();
-    for (unsigned g = 0; g < ValenceRows::groups; ++g) {
+    const double each = static_cast<double>(fans_.vertices) / static_cast<double>(represented_ + 1);
+    FittedRows fitted = without_rows();
+    for (const unsigned g : fitted_groups_) {
       if (!found_[g]) continue;
       const auto bits = [&](unsigned kept) {
         const double of_rows =
@@ -358,6 +374,11 @@ class Fitter {
     }
     return fitted;
   }
+  FittedRows without_rows() const {
+    FittedRows fitted;
+    fitted.by_place.polygons = fitted.by_valence.polygons = !fans_.offsets.empty();
+    return fitted;
+  }
   void keep(ValenceRows& to, unsigned group, unsigned kept) const {
     to.kept[group] = static_cast<uint8_t>(kept);
     if (kept == 1) to.rows[group] = rows_by_place_[group];
@@ -370,8 +391,13 @@ class Fitter {
   uint32_t runs_of_samples_;
   bool with_valences_;
   std::vector<Useful> useful_;
-  std::array<uint32_t, ValenceRows::groups> stride_;  ///< how many vertices of a group there are for a sample
-  std::array<bool, ValenceRows::groups> found_{};     ///< there were samples enough
+  std::array<uint32_t, ValenceRows::groups>
+      stride_{};              ///< how many vertices of a group there are for a sample
+  uint64_t represented_ = 0;  ///< vertices for which the samples stand
+  /// Groups with samples enough. All others keep the mean of their parallelograms, whatever a round finds.
+  std::vector<unsigned> fitted_groups_;
+  std::array<int, ValenceRows::groups> slot_ = no_slots();  ///< index into fitted_groups_, or -1
+  std::array<bool, ValenceRows::groups> found_{};           ///< there were samples enough
   std::array<std::array<ValenceRows::Row, terms>, ValenceRows::groups> rows_by_place_{}, rows_by_valence_{};
 };
 
