@@ -120,10 +120,11 @@ Result<EncodeReport> encode(MeshSource& mesh, Sink& sink, const EncodeOptions& a
       "mode \"single\" needs the whole mesh in memory; modes \"stream\" and \"random\" read it in parts");
 }
 
-Result<Mesh> decode(const Source& source, const DecodeOptions& asked) {
-  DecodeOptions options = asked;
-  options.progress = on_this_thread(asked.progress);
-  const auto [mode, in_pieces] = MAILLE_TRY(kind_of_file(source));
+namespace {
+
+/// `options.progress` is on_this_thread() already.
+Result<Mesh> decode(const Source& source, const Kind& kind, const DecodeOptions& options) {
+  const auto [mode, in_pieces] = kind;
   if (mode != Mode::stream && options.step != 0) {
     return failure(ErrorCode::usage,
                    source.name() + ": has no steps; only files of mode \"stream\" have them");
@@ -132,6 +133,14 @@ Result<Mesh> decode(const Source& source, const DecodeOptions& asked) {
   if (mode == Mode::stream)
     return in_pieces ? decode_pieces(source, options) : decode_stream(source, options);
   return decode_random(source, options);
+}
+
+}  // namespace
+
+Result<Mesh> decode(const Source& source, const DecodeOptions& asked) {
+  DecodeOptions options = asked;
+  options.progress = on_this_thread(asked.progress);
+  return decode(source, MAILLE_TRY(kind_of_file(source)), options);
 }
 
 Result<> decode(const Source& source, MeshSink& sink, const DecodeOptions& options,
@@ -143,13 +152,13 @@ Result<> decode(const Source& source, MeshSink& sink, const DecodeOptions& optio
 Result<Salvaged> salvage(const Source& source, const DecodeOptions& asked) {
   DecodeOptions options = asked;
   options.progress = on_this_thread(asked.progress);
-  const auto [mode, in_pieces] = MAILLE_TRY(kind_of_file(source));
-  if (mode == Mode::stream)
-    return in_pieces ? salvage_pieces(source, options) : salvage_stream(source, options);
-  Result<Mesh> whole = decode(source, options);
+  const Kind kind = MAILLE_TRY(kind_of_file(source));
+  if (kind.mode == Mode::stream)
+    return kind.in_pieces ? salvage_pieces(source, options) : salvage_stream(source, options);
+  Result<Mesh> whole = decode(source, kind, options);
   if (whole) return Salvaged{*std::move(whole), {}};
   if (whole.error().code != ErrorCode::corrupt) return tl::unexpected(std::move(whole).error());
-  auto left = mode == Mode::single ? salvage_single(source, options) : salvage_random(source, options);
+  auto left = kind.mode == Mode::single ? salvage_single(source, options) : salvage_random(source, options);
   if (!left && left.error().code == ErrorCode::corrupt)
     left.error().message += "; nothing of it can be salvaged";
   Remains remains = MAILLE_TRY(std::move(left));

@@ -19,6 +19,7 @@
 namespace maille::testing {
 namespace {
 
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
 
 Result<Salvaged> salvage_bytes(const std::vector<std::byte>& bytes) {
@@ -65,6 +66,26 @@ Mesh without_part(const Mesh& decoded, const std::vector<std::byte>& bytes, uint
   return keep_cells(decoded, keep);
 }
 
+/// Faces with points of their own.
+Mesh seams_everywhere() {
+  const Mesh smooth = to_mesh(shapes::grid(20, 20));
+  Surface surface;
+  for (uint64_t i = 0; i < smooth.cell_count(); ++i) {
+    std::vector<uint32_t>& face = surface.faces.emplace_back();
+    for (const uint32_t point : smooth.blocks[0].cell(i)) {
+      face.push_back(static_cast<uint32_t>(surface.points.size()));
+      std::array<double, 3>& place = surface.points.emplace_back();
+      for (size_t k = 0; k < 3; ++k) place[k] = smooth.points.values<float>()[3 * point + k];
+    }
+  }
+  Mesh mesh = to_mesh(surface);
+  Array array = make_array("colour", Domain::point, Scalar::u8, 1);
+  array.resize(mesh.point_count());
+  for (uint64_t i = 0; i < array.count(); ++i) array.bytes[i] = static_cast<std::byte>(i / 4 % 7);
+  mesh.arrays.push_back(std::move(array));
+  return mesh;
+}
+
 TEST(Salvage, OfAWholeFileIsItsMesh) {
   const Mesh mesh = sample_mesh();
   for (const std::vector<std::byte>& bytes : {in_parts(mesh), random_file(mesh, {}, 24).bytes}) {
@@ -103,6 +124,75 @@ TEST(Salvage, LosesOnlyTheArrayThatIsDamaged) {
     ASSERT_TRUE(salvaged->damage);
     EXPECT_THAT(salvaged->damage->message, HasSubstr("lost: the array \"height\""));
     EXPECT_EQ(differences_between(rest, salvaged->mesh), "");
+  }
+}
+
+TEST(Salvage, TellsArraysOfOneNameApart) {
+  Mesh mesh = sample_mesh();
+  for (Array& array : mesh.arrays) array.name = "a";
+  Mesh rest = mesh;
+  rest.arrays.erase(rest.arrays.begin());
+  for (const std::vector<std::byte>& bytes : {in_parts(mesh), encode_bytes(mesh).value().bytes}) {
+    const auto salvaged = salvage_bytes(flipped(bytes, "ARRY"));
+    ASSERT_TRUE(salvaged) << salvaged.error().message;
+    ASSERT_TRUE(salvaged->damage);
+    EXPECT_THAT(salvaged->damage->message, EndsWith("lost: the array \"a\" (point)"));
+    EXPECT_EQ(differences_between(rest, salvaged->mesh), "");
+  }
+}
+
+/// A disk that fails once, in one read.
+class FailingSource final : public Source {
+ public:
+  FailingSource(Bytes bytes, int64_t read) : bytes_(memory_source(bytes)), left_(read) {}
+  uint64_t size() const override { return bytes_->size(); }
+  std::string name() const override { return "x.maille"; }
+  bool has_failed() const { return failed_; }
+  Result<> read_at(uint64_t offset, std::span<std::byte> out) const override {
+    if (left_-- > 0) return bytes_->read_at(offset, out);
+    failed_ = true;
+    return tl::unexpected(Error{ErrorCode::cannot_read, "x.maille: the disk fails"});
+  }
+
+ private:
+  std::unique_ptr<Source> bytes_;
+  mutable int64_t left_;
+  mutable bool failed_ = false;
+};
+
+TEST(Salvage, EndsAtErrorsThatAreNotDamage) {
+  const Mesh mesh = sample_mesh();
+  EncodeOptions kept;
+  kept.order = Order::keep;
+  const std::vector<std::vector<std::byte>> files = {
+      flipped(in_parts(mesh, Order::keep), "ORDR"), flipped(in_parts(mesh), "POSI", 0),
+      flipped(encode_bytes(mesh).value().bytes, "ARRY"),
+      flipped(encode_bytes(seams_everywhere()).value().bytes, "TWIN"),
+      flipped(random_file(mesh, kept, 24).bytes, "ARRY")};
+  for (size_t i = 0; i < files.size(); ++i) {
+    for (int64_t read = 0;; ++read) {
+      const FailingSource source(files[i], read);
+      const auto salvaged = salvage(source);
+      if (!source.has_failed()) {
+        EXPECT_TRUE(salvaged) << i;
+        break;
+      }
+      ASSERT_FALSE(salvaged) << i << ' ' << read;
+      ASSERT_EQ(salvaged.error().code, ErrorCode::cannot_read) << salvaged.error().message;
+    }
+  }
+}
+
+TEST(Salvage, OfAnEmptyMeshWithoutItsOrderIsEmpty) {
+  EncodeOptions kept;
+  kept.order = Order::keep;
+  for (const std::vector<std::byte>& bytes :
+       {encode_bytes(Mesh{}, kept).value().bytes, random_file(Mesh{}, kept).bytes}) {
+    const auto salvaged = salvage_bytes(flipped(bytes, "ORDR"));
+    ASSERT_TRUE(salvaged) << salvaged.error().message;
+    ASSERT_TRUE(salvaged->damage);
+    EXPECT_THAT(salvaged->damage->message, EndsWith("lost: the input's order"));
+    EXPECT_EQ(salvaged->mesh.point_count(), 0u);
   }
 }
 
@@ -157,26 +247,6 @@ TEST(Salvage, OfAStreamWithoutTheOrderHasAllOfTheMesh) {
   ASSERT_TRUE(salvaged->damage);
   EXPECT_THAT(salvaged->damage->message, HasSubstr("lost: the input's order, the array \"id\""));
   EXPECT_EQ(differences_between(mesh, salvaged->mesh), "");
-}
-
-/// Faces with points of their own.
-Mesh seams_everywhere() {
-  const Mesh smooth = to_mesh(shapes::grid(20, 20));
-  Surface surface;
-  for (uint64_t i = 0; i < smooth.cell_count(); ++i) {
-    std::vector<uint32_t>& face = surface.faces.emplace_back();
-    for (const uint32_t point : smooth.blocks[0].cell(i)) {
-      face.push_back(static_cast<uint32_t>(surface.points.size()));
-      std::array<double, 3>& place = surface.points.emplace_back();
-      for (size_t k = 0; k < 3; ++k) place[k] = smooth.points.values<float>()[3 * point + k];
-    }
-  }
-  Mesh mesh = to_mesh(surface);
-  Array array = make_array("colour", Domain::point, Scalar::u8, 1);
-  array.resize(mesh.point_count());
-  for (uint64_t i = 0; i < array.count(); ++i) array.bytes[i] = static_cast<std::byte>(i / 4 % 7);
-  mesh.arrays.push_back(std::move(array));
-  return mesh;
 }
 
 TEST(Salvage, WithoutTwinsHasPointsAtOnePlaceAsOne) {

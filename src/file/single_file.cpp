@@ -185,11 +185,6 @@ Result<Description> read_description(const FileReader& reader, const Limits& lim
   return decode_description(MAILLE_TRY(reader.read_stream(description_key)), limits);
 }
 
-Result<ElementOrder> read_order(const FileReader& reader, const Mesh& mesh) {
-  return decode_order(MAILLE_TRY(reader.read_stream(order_key)), static_cast<uint32_t>(mesh.point_count()),
-                      static_cast<uint32_t>(mesh.cell_count()));
-}
-
 /// Whatever was wrong should have been found before. If not, it is the file that is wrong, not an input.
 Result<> check_valid(const Mesh& mesh) {
   auto valid = validate(mesh);
@@ -213,7 +208,9 @@ Result<Mesh> decode_mesh(const FileReader& reader, const DecodeOptions& options)
     decoded.known_valid = false;
   }
   if (description.order == Order::keep) {
-    const ElementOrder order = MAILLE_TRY(read_order(reader, mesh));
+    const std::vector<std::byte> bytes = MAILLE_TRY(reader.read_stream(order_key));
+    const ElementOrder order = MAILLE_TRY(decode_order(bytes, static_cast<uint32_t>(mesh.point_count()),
+                                                       static_cast<uint32_t>(mesh.cell_count())));
     mesh = MAILLE_TRY(restore_order(std::move(mesh), order));
     decoded.known_valid = false;
   }
@@ -226,34 +223,21 @@ Result<Mesh> decode_mesh(const FileReader& reader, const DecodeOptions& options)
 Result<Remains> salvage_patch(const FileReader& reader, Description description,
                               const DecodeOptions& options) {
   Remains remains;
-  const std::vector<std::string> lost = lost_arrays(reader, description, 0, options);
-  const DecodeOptions others = without_arrays(options, description, lost);
-  if (lost_twins(reader, description)) {
-    description.welded = false;
-    remains.lost.push_back("which points are several at one place");
+  if (description.welded) {
+    const auto twins = reader.read_stream(twins_key(0));
+    if (!twins && !is_loss(twins.error())) return tl::unexpected(twins.error());
+    description.welded = twins.has_value();
+    if (!twins) remains.lost.push_back("which points are several at one place");
   }
-  DecodedPatch decoded = MAILLE_TRY(decode_patch(reader, description, 0, others));
+  LostArrays lost;
+  DecodedPatch decoded = MAILLE_TRY(decode_patch(reader, description, 0, options, nullptr, nullptr, &lost));
   remains.mesh = std::move(decoded.mesh);
   if (description.welded) {
     remains.mesh = MAILLE_TRY(
         split_twins(std::move(remains.mesh), decoded.twins, decoded.by_twin, description.split_points));
   }
-  tell_lost_arrays(lost, remains);
+  tell_lost_arrays(description, lost, remains);
   return remains;
-}
-
-/// The input's order says nothing of a part.
-Result<> put_in_order(const FileReader& reader, const Description& description, Remains& remains) {
-  Mesh& mesh = remains.mesh;
-  const uint32_t points = description.welded ? description.split_points : description.points;
-  const bool whole = mesh.point_count() == points && mesh.cell_count() == description.cells();
-  const auto order = whole ? read_order(reader, mesh) : Result<ElementOrder>();
-  if (whole && order) {
-    mesh = MAILLE_TRY(restore_order(std::move(mesh), *order));
-  } else {
-    remains.lost.push_back("the input's order");
-  }
-  return {};
 }
 
 Result<Remains> salvage_mesh(const FileReader& reader, const DecodeOptions& options) {
@@ -262,7 +246,10 @@ Result<Remains> salvage_mesh(const FileReader& reader, const DecodeOptions& opti
       description.parts.empty() ? salvage_patch(reader, description, options)
                                 : salvage_parts(reader, description, reader.read_stream(joins_key), options));
   remains.mesh.metadata = description.metadata;
-  if (description.order == Order::keep) MAILLE_CHECK(put_in_order(reader, description, remains));
+  if (description.order == Order::keep) {
+    const uint32_t points = description.welded ? description.split_points : description.points;
+    MAILLE_CHECK(put_in_order(reader.read_stream(order_key), points, description.cells(), remains));
+  }
   MAILLE_CHECK(check_valid(remains.mesh));
   return remains;
 }

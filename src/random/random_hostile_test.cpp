@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <maille/random_access.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -269,6 +270,37 @@ TEST(RandomHostile, ChartsThatShareBytesAreRefused) {
   }
   index.put(streams);
   expect_refused("charts_that_share_bytes", streams.written(), ErrorCode::corrupt);
+}
+
+/// A coarse chart that nothing refines, in front of the finest ones, has other blocks and not the array of
+/// the mesh that comes first in these.
+TEST(RandomHostile, CoarseChartsAreNotJoinedToTheFinest) {
+  Mesh mesh = sample_mesh();
+  std::rotate(mesh.arrays.begin(), mesh.arrays.end() - 1, mesh.arrays.end());
+  ASSERT_EQ(mesh.arrays[0].domain, Domain::mesh);
+  const RandomFile file = random_file(mesh, {}, 16);
+  for (const bool claims_level_0 : {false, true}) {
+    Streams streams(file.bytes);
+    IndexOfFile index(streams);
+    const auto coarse = std::find_if(index.groups.begin(), index.groups.end(),
+                                     [](const IndexedGroup& group) { return group.level == 1; });
+    ASSERT_NE(coarse, index.groups.end());
+    const uint32_t refined_by = coarse->charts[0].producer;
+    for (IndexedGroup& group : index.groups) {
+      for (IndexedChart& chart : group.charts) {
+        if (chart.producer == refined_by) chart.producer = no_group;
+      }
+    }
+    if (claims_level_0) coarse->level = 0;
+    index.put(streams);
+    const std::vector<std::byte> bytes = streams.written();
+    ASSERT_FALSE(decode_bytes(bytes));
+    const auto salvaged = salvage(*memory_source(Bytes(bytes)));
+    ASSERT_TRUE(salvaged) << salvaged.error().message;
+    EXPECT_TRUE(validate(salvaged->mesh));
+    ASSERT_TRUE(salvaged->damage);
+    EXPECT_EQ(salvaged->damage->message.find("lost: 0 of"), std::string::npos) << salvaged->damage->message;
+  }
 }
 
 /// Bytes of charts with good checks.

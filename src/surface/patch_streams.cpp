@@ -7,6 +7,7 @@
 #include "base/result.h"
 #include "code/efforts.h"
 #include "description/element_order.h"
+#include "description/remains.h"
 #include "mesh/space_curve.h"
 #include "numbers/number_maps.h"
 #include "surface/arrays/array_around.h"
@@ -388,6 +389,7 @@ class PatchDecoder {
     if (fans_ && with_normals_) MAILLE_CHECK(build_surface(*fans_, topology_));
     PatchElements elements = topology_.elements();
     elements.positions = positions_;
+    if (described.by_twin && !description_.welded) return failure(ErrorCode::corrupt, "twins are missing");
     if (described.by_twin) elements.twins = twins_;
     if (fans_) elements.fans = &*fans_;
     if (!around_) around_.emplace(elements);
@@ -538,7 +540,7 @@ Result<> decode_mesh_array(Bytes bytes, uint64_t tuples, Array& array) {
 
 Result<DecodedPatch> decode_patch(const StreamSource& streams, const Description& description, uint32_t patch,
                                   const DecodeOptions& options, const SharedFanTables* tables,
-                                  FanBuffers* buffers) {
+                                  FanBuffers* buffers, LostArrays* lost) {
   DecodedPatch decoded;
   Mesh& mesh = decoded.mesh;
   if (!Pace(options.progress, "connectivity", 0).report()) return cancelled();
@@ -550,13 +552,15 @@ Result<DecodedPatch> decode_patch(const StreamSource& streams, const Description
   for (size_t i = 0; i < description.arrays.size(); ++i) {
     const ArrayDescription& array = description.arrays[i];
     if (!is_wanted(options, array.name)) continue;
-    decoded.by_twin.push_back(array.by_twin);
     if (mesh.arrays.empty() && !welded) decoder.keep_positions(mesh.points);
-    if (patch > 0 && array.domain == Domain::mesh) {
-      mesh.arrays.push_back(array_of(array));
-    } else {
-      mesh.arrays.push_back(MAILLE_TRY(decoder.decode_one(array, array_key(patch, i))));
+    const bool elsewhere = patch > 0 && array.domain == Domain::mesh;
+    Result<Array> one = elsewhere ? array_of(array) : decoder.decode_one(array, array_key(patch, i));
+    if (!one && lost != nullptr && is_loss(one.error())) {
+      lost->insert(i);
+      continue;
     }
+    mesh.arrays.push_back(MAILLE_TRY(std::move(one)));
+    decoded.by_twin.push_back(array.by_twin);
   }
   decoded.known_valid = decoder.knows_validity();
   MAILLE_CHECK(decoder.assemble(decoded));

@@ -4,6 +4,7 @@
 #include <maille/encode.h>
 
 #include <optional>
+#include <set>
 #include <string_view>
 #include <vector>
 
@@ -84,12 +85,17 @@ struct DecodedPatch {
   std::vector<bool> by_twin;    ///< by array of `mesh`
 };
 
+/// Arrays that cannot be had of a damaged file, by their places in the description: several may have one
+/// name.
+using LostArrays = std::set<size_t>;
+
 /// Inverse of encode_patch(). `description` is that of the part; `tables`: where patches share them;
-/// `buffers`: memory that one patch after the other may use. The result fits the description, but is
-/// validated only as far as known_valid says. Safe on any bytes. Errors: corrupt, cancelled.
+/// `buffers`: memory that one patch after the other may use; `lost`: not null: damaged arrays are left out,
+/// and told there. The result fits the description, but is validated only as far as known_valid says. Safe on
+/// any bytes. Errors: corrupt, cancelled, and those of the source.
 Result<DecodedPatch> decode_patch(const StreamSource& streams, const Description& description, uint32_t patch,
                                   const DecodeOptions& options, const SharedFanTables* tables = nullptr,
-                                  FanBuffers* buffers = nullptr);
+                                  FanBuffers* buffers = nullptr, LostArrays* lost = nullptr);
 
 /// An array's stream, by its place in the description; that of twins.
 inline StreamKey array_key(uint32_t patch, size_t i) {

@@ -7,6 +7,7 @@
 
 #include "base/bytes.h"
 #include "base/result.h"
+#include "description/remains.h"
 #include "random/read/random_reader.h"
 #include "surface/parts/merge_parts.h"
 
@@ -62,7 +63,7 @@ Result<Mesh> join_finest(std::vector<DecodedChart> charts, const RandomReader& r
   Mesh mesh = join(std::move(charts), reader.description(), executor);
   auto arrays = reader.read_mesh_arrays(mesh);
   if (arrays) return mesh;
-  if (problems == nullptr) return tl::unexpected(std::move(arrays).error());
+  if (problems == nullptr || !is_loss(arrays.error())) return tl::unexpected(std::move(arrays).error());
   problems->push_back(arrays.error().message);
   // Reading stops at the first array that is damaged; all arrays of the mesh are left out then.
   std::erase_if(mesh.arrays, [](const Array& array) { return array.domain == Domain::mesh; });

@@ -18,7 +18,8 @@ class RandomReader;
 JoinedPoints join_charts(std::span<const DecodedChart> charts);
 
 /// Charts of level 0 as one mesh, with all blocks and arrays; of no charts a mesh without cells. `problems`:
-/// not null: if arrays of the mesh as a whole are damaged, they are left out, and it is told there.
+/// not null: if arrays of the mesh as a whole are damaged, they are left out, and it is told there. Errors:
+/// also those of the source.
 Result<Mesh> join_finest(std::vector<DecodedChart> charts, const RandomReader& reader,
                          const DecodeOptions& options, std::vector<std::string>* problems);
 

@@ -51,22 +51,10 @@ Result<Mesh> decode_random(const Source& source, const DecodeOptions& options) {
 
 namespace {
 
-/// Without the index nobody knows how many charts there were.
+/// Without an index that names all of them nobody knows how many charts there were.
 std::string lost_charts(const RandomReader& reader, size_t lost, size_t all) {
-  if (reader.rebuilt() > 0) return "charts, and with the index how many";
+  if (reader.rebuilt() > 0 || lost == 0) return "charts, and with the index how many";
   return std::to_string(lost) + " of " + std::to_string(all) + " charts";
-}
-
-/// The input's order says nothing of a part.
-Result<> put_in_order(const RandomReader& reader, Remains& remains) {
-  const bool whole = is_whole(remains.mesh, reader.description());
-  const auto order = whole ? read_order(reader) : Result<ElementOrder>();
-  if (whole && order) {
-    remains.mesh = MAILLE_TRY(restore_order(std::move(remains.mesh), *order));
-  } else {
-    remains.lost.push_back("the input's order");
-  }
-  return {};
 }
 
 }  // namespace
@@ -76,14 +64,20 @@ Result<Remains> salvage_random(const Source& source, const DecodeOptions& option
   const Selection all = MAILLE_TRY(all_charts(reader));
   std::vector<std::string> problems;
   std::vector<DecodedChart> charts = MAILLE_TRY(reader.read_charts(all.charts, &problems));
-  if (charts.empty()) return failure(ErrorCode::corrupt, problems.empty() ? source.name() : problems[0]);
+  const Description& description = reader.description();
+  if (charts.empty() && description.points > 0)
+    return failure(ErrorCode::corrupt, problems.empty() ? source.name() + ": has no charts" : problems[0]);
   const size_t lost = problems.size();
   Remains remains;
   remains.mesh = MAILLE_TRY(join_finest(std::move(charts), reader, options, &problems));
-  if (remains.mesh.cell_count() < reader.description().cells())
+  if (lost > 0 || remains.mesh.cell_count() < description.cells())
     remains.lost.push_back(lost_charts(reader, lost, all.charts.size()));
   if (problems.size() > lost) remains.lost.push_back("the arrays of the mesh as a whole");
-  if (reader.description().order == Order::keep) MAILLE_CHECK(put_in_order(reader, remains));
+  if (description.order == Order::keep) {
+    const FileReader& file = MAILLE_TRY(reader.whole_file());
+    const auto order = file.read_stream(random_order_key);
+    MAILLE_CHECK(put_in_order(order, description.points, description.cells(), remains));
+  }
   if (auto valid = validate(remains.mesh); !valid)
     return failure(ErrorCode::corrupt, std::move(valid).error().message);
   return remains;

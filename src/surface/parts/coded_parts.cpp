@@ -218,9 +218,9 @@ struct DecodedPart {
 };
 
 Result<DecodedPart> decode_part(const FileReader& reader, const Description& description, uint32_t part,
-                                Bytes shared, const DecodeOptions& options) {
+                                Bytes shared, const DecodeOptions& options, LostArrays* lost = nullptr) {
   DecodedPart decoded;
-  decoded.patch = MAILLE_TRY(decode_patch(reader, description, part, options));
+  decoded.patch = MAILLE_TRY(decode_patch(reader, description, part, options, nullptr, nullptr, lost));
   const Mesh& mesh = decoded.patch.mesh;
   // What joins parts relies on valid meshes, so each is checked before.
   if (!decoded.patch.known_valid) {
@@ -275,16 +275,14 @@ namespace {
 struct SavedPart {
   DecodedPart part;
   uint32_t number = 0;
-  std::vector<std::string> lost;
+  LostArrays lost;
 };
 
 Result<SavedPart> save_part(const FileReader& reader, const Description& of_part, uint32_t part, Bytes shared,
                             const DecodeOptions& options) {
   SavedPart saved;
   saved.number = part;
-  saved.lost = lost_arrays(reader, of_part, part, options);
-  saved.part =
-      MAILLE_TRY(decode_part(reader, of_part, part, shared, without_arrays(options, of_part, saved.lost)));
+  saved.part = MAILLE_TRY(decode_part(reader, of_part, part, shared, options, &saved.lost));
   return saved;
 }
 
@@ -296,23 +294,29 @@ Result<std::vector<SavedPart>> whole_parts(const FileReader& reader, const Descr
         return save_part(reader, description.of_part(i), i, shared[i], of_patch);
       });
   std::vector<SavedPart> saved;
+  std::optional<Error> first;
   for (std::optional<Result<SavedPart>>& result : results) {
-    if (*result)
+    if (*result) {
       saved.push_back(std::move(**result));
-    else if (result->error().code != ErrorCode::corrupt || (saved.empty() && &result == &results.back()))
+    } else if (!is_loss(result->error())) {
       return tl::unexpected(std::move(*result).error());
+    } else if (!first) {
+      first = std::move(*result).error();
+    }
   }
+  if (saved.empty()) return tl::unexpected(*std::move(first));
   return saved;
 }
 
-/// All parts' arrays that are whole in each, joined. `lost`: names of the others.
-Mesh merge_saved(std::vector<SavedPart> saved, std::vector<std::string>& lost, const DecodeOptions& options) {
+/// All parts' arrays that are whole in each, joined. `lost`: the others.
+Mesh merge_saved(std::vector<SavedPart> saved, const Description& description, LostArrays& lost,
+                 const DecodeOptions& options) {
   std::vector<DecodedPart> parts;
   for (SavedPart& each : saved) {
-    lost.insert(lost.end(), each.lost.begin(), each.lost.end());
+    lost.insert(each.lost.begin(), each.lost.end());
     parts.push_back(std::move(each.part));
   }
-  for (DecodedPart& part : parts) drop_arrays(part.patch.mesh, lost);
+  for (DecodedPart& part : parts) drop_arrays(part.patch.mesh, description, lost);
   const JoinedPoints joined = joined_points(parts);
   return merge(std::move(parts), joined, options);
 }
@@ -321,6 +325,7 @@ Mesh merge_saved(std::vector<SavedPart> saved, std::vector<std::string>& lost, c
 
 Result<Remains> salvage_parts(const FileReader& reader, const Description& description,
                               const Result<std::vector<std::byte>>& joins, const DecodeOptions& options) {
+  if (!joins && !is_loss(joins.error())) return tl::unexpected(joins.error());
   Remains remains;
   const size_t count = description.parts.size();
   Result<std::vector<Bytes>> shared = sections_of(joins ? Bytes(*joins) : Bytes(), count);
@@ -330,15 +335,17 @@ Result<Remains> salvage_parts(const FileReader& reader, const Description& descr
   if (saved.size() < count)
     remains.lost.push_back(std::to_string(count - saved.size()) + " of " + std::to_string(count) + " parts");
   const bool with_first = saved[0].number == 0;
-  std::vector<std::string> lost;
-  remains.mesh = merge_saved(std::move(saved), lost, options);
+  LostArrays lost;
+  remains.mesh = merge_saved(std::move(saved), description, lost, options);
   for (Array& array : remains.mesh.arrays) {
     // Part 0 has them, and is lost.
     if (array.domain != Domain::mesh || with_first) continue;
-    if (!read_mesh_array(reader, description, array)) lost.push_back(array.name);
+    const Result<> read = read_mesh_array(reader, description, array);
+    if (!read && !is_loss(read.error())) return tl::unexpected(read.error());
+    if (!read) lost.insert(place_of(description, array));
   }
-  drop_arrays(remains.mesh, lost);
-  tell_lost_arrays(std::move(lost), remains);
+  drop_arrays(remains.mesh, description, lost);
+  tell_lost_arrays(description, lost, remains);
   return remains;
 }
 

@@ -8,6 +8,7 @@
 #include "base/result.h"
 #include "container/file_reader.h"
 #include "description/description.h"
+#include "description/remains.h"
 #include "volume/order/cell_order.h"
 #include "volume/order/mesh_order.h"
 #include "volume/stream/numbered_arrays.h"
@@ -122,7 +123,8 @@ class MeshCollector {
   std::vector<std::string> drop_numbered() {
     std::vector<std::string> names;
     for (const NumberedArray& numbered : numbered_) {
-      if (wanted_[numbered.array]) names.push_back(arrays_[numbered.array].name);
+      const Array& array = arrays_[numbered.array];
+      if (wanted_[numbered.array]) names.push_back(array_named(array.name, array.domain));
       wanted_[numbered.array] = false;
     }
     return names;
@@ -340,7 +342,7 @@ Result<std::optional<CodedOrder>> salvage_order(const Source& source, const Stre
     damage = std::move(order).error();
   }
   damage->message += "; lost: the input's order";
-  for (const std::string& name : collector.drop_numbered()) damage->message += ", the array \"" + name + "\"";
+  for (const std::string& name : collector.drop_numbered()) damage->message += ", " + name;
   return std::optional<CodedOrder>();
 }
 
