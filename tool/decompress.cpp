@@ -57,6 +57,7 @@ Result<uint64_t> step_of(const DecompressOptions& options, const Source& source)
     if (time.time == *options.time) return time.step;
     times.push_back(time.time);
   }
+  // A message of more times than these would be no help; then the two nearest are named.
   constexpr size_t most_named = 10;
   const bool all = times.size() <= most_named;
   if (!all) {

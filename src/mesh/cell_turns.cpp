@@ -63,6 +63,7 @@ std::vector<CellTurn> turns_of_solid(CellType type, unsigned corners) {
   return turns;
 }
 
+/// Rotations only: a face that is mirrored is seen from its other side, which is another face.
 std::vector<CellTurn> turns_of_polygon(unsigned corners) {
   std::vector<CellTurn> turns(corners);
   for (unsigned by = 0; by < corners; ++by) {
@@ -74,6 +75,8 @@ std::vector<CellTurn> turns_of_polygon(unsigned corners) {
 
 }  // namespace
 
+// Made on first use, which C++ makes safe for threads. Types that are not here have one turn, the one they
+// have.
 std::span<const CellTurn> turns_of(CellType type) {
   static const std::vector<CellTurn> of_triangles = turns_of_polygon(3), of_quads = turns_of_polygon(4),
                                      of_tetrahedra = turns_of_solid(CellType::tetrahedron, 4),

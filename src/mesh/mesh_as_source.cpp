@@ -22,6 +22,7 @@ class MeshAsSource final : public MeshSource {
     }
     for (const Array& array : mesh.arrays) {
       if (array.domain == Domain::mesh) description_.mesh_arrays.push_back(array);
+      // A source that is read in parts has no arrays on corners (MeshSource).
       if (array.domain != Domain::point && array.domain != Domain::cell) continue;
       Array described = make_array(array.name, array.domain, array.type, array.components, array.role);
       described.labels = array.labels;
@@ -46,6 +47,7 @@ class MeshAsSource final : public MeshSource {
     // The sum of both could wrap around, so it is not formed.
     if (count > description_.cells || first > description_.cells - count)
       return failure(ErrorCode::usage, "more cells were asked for than there are");
+    // The block that has the first cell; empty blocks end where they begin, so they are never it.
     auto b = static_cast<size_t>(std::upper_bound(ends_.begin(), ends_.end(), first) - ends_.begin());
     for (; count > 0; ++b) {
       const CellBlock& block = mesh_.blocks[b];

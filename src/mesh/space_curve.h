@@ -14,8 +14,9 @@ namespace maille {
 
 /// Where a point of a cube with 2^20 places a side lies on Hilbert's curve, which fills it without jumps.
 ///
-/// The curve is walked from the largest octants to the smallest. Each level, `axes` and the flips say how the
-/// pattern of eight octants is turned there; the octants come in the order of a Gray code of three bits.
+/// Three bits of the place belong to each level, from the largest octants to the smallest; the octants of a
+/// level come in the order of a Gray code, turned so that the curve goes on where the octant before has
+/// ended.
 inline uint64_t place_on_curve(std::array<uint32_t, 3> point) {
   constexpr uint32_t top = uint32_t{1} << 19;
   // From coordinates to the bits of the place, transposed: J. Skilling, "Programming the Hilbert curve",

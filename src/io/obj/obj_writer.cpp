@@ -134,6 +134,8 @@ class ObjWriter {
   /// Would a reader take this array for one on points, because each corner has its point's number? Then a
   /// comment has to say that it is not.
   bool looks_like_points(const Reference& reference) const {
+    // Numbers are given in the order of first use, so as many as there are points is needed for each corner
+    // to have its point's.
     if (reference.first.size() != mesh_.point_count()) return false;
     uint64_t corner = 0;
     for (const CellBlock& block : mesh_.blocks) {
@@ -277,6 +279,7 @@ class ObjWriter {
   const Array* weight_ = nullptr;
   std::array<const Array*, obj_label_count> labels_{};
   std::array<uint64_t, obj_label_count> current_value_{};
+  // No label was written yet: a reader takes cells before the first one to have the empty label.
   std::array<bool, obj_label_count> started_{};
   std::array<std::string, obj_label_count> current_label_;
 };

@@ -14,6 +14,7 @@
 namespace maille {
 namespace {
 
+/// PLY has no integers of 64 bits: they are written as two of 32, with a hint that says so.
 bool is_half(Scalar type) {
   return type == Scalar::i64 || type == Scalar::u64;
 }
@@ -28,6 +29,7 @@ std::string property_name(const std::string& name) {
   return result.empty() ? "array" : result;
 }
 
+/// Ends: the name grows in each round, and finitely many are used.
 std::string unique(std::string name, std::set<std::string>& used) {
   while (!used.insert(name).second) name += "_";
   return name;

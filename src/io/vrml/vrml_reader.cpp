@@ -207,6 +207,8 @@ Result<> Builder::add_attribute(const VrmlGeometry& geometry, VrmlKind kind) {
     return put_on_cells(geometry, kind);
   const std::vector<int32_t>& points = geometry.indices[0];
   std::vector<int32_t> index = geometry.indices[k];
+  // Only as long as the points say that the last separator is missing: then both may be compared entry by
+  // entry.
   if (!index.empty() && index.back() >= 0 && index.size() + 1 == points.size()) index.push_back(-1);
   const bool follows = index.empty() || index == points;
   const uint64_t count = values->numbers() / components_of(kind);

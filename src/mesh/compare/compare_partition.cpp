@@ -103,6 +103,7 @@ bool Partition::split(std::vector<Entry> (&entries)[2], std::vector<uint32_t> (&
       if (last == first || all[last].key != all[last - 1].key) groups.push_back({last, last});
       groups.back().end = last + 1;
     }
+    // Points of a class without an entry form a group of their own, the rest.
     const size_t touched = last - first;
     const size_t rest = classes_[parent].size - touched;
     // The largest part keeps the number: a point changes class at most log2(points) times (Hopcroft 1971,

@@ -39,6 +39,8 @@ void turn_polygon(CanonicalCell& cell) {
   }
 }
 
+/// Tries all turns, of which a hexahedron has 24 and a tetrahedron 12; `place` gets the lowest place of each
+/// corner over all turns that come first, so that corners a turn exchanges look alike.
 void turn_solid(CanonicalCell& cell, std::span<const CellTurn> turns) {
   const auto compare_to = [&](const CellTurn& turn) {
     size_t at = 0;
@@ -65,6 +67,7 @@ void canonicalise(const Elements& elements, const Partition& partition, unsigned
   const uint64_t first = elements.first_corner(nodes);
   out.tokens.resize(nodes.degree);
   for (size_t i = 0; i < nodes.degree; ++i) {
+    // A point is known by its class, not by its number: numbers differ between the meshes.
     out.tokens[i] = hash_mix(elements.corner_hash(first + i), partition.class_of(side, nodes.nodes[i]));
   }
   out.corner.resize(nodes.degree);
@@ -140,6 +143,7 @@ uint64_t Refinement::collect_entries(unsigned side, const Points& moved,
       if (partition_.is_pair(side, points[i])) continue;
       if (!marked_[side][points[i]]) touched.push_back(points[i]);
       marked_[side][points[i]] = true;
+      // Summed, because the cells around a point come in any order.
       sums_[side][points[i]] += scrambled(hash_mix(canonical_.hash, canonical_.place[i]));
     }
   }
@@ -248,6 +252,8 @@ Refinement::Outcome Refinement::match(const Points (&points)[2]) {
   std::vector<bool> taken(found[1].size(), false);
   size_t first_free = 0;
   for (Component& in_a : found[0]) {
+    // Both lists are sorted by key, and equal components are taken from the front on, so that many alike
+    // components take linear time.
     while (first_free < taken.size() && taken[first_free]) ++first_free;
     Outcome outcome = Outcome::impossible;
     for (size_t j = first_free; j < taken.size() && found[1][j].key <= in_a.key; ++j) {
@@ -265,6 +271,7 @@ Refinement::Outcome Refinement::match(const Points (&points)[2]) {
 }
 
 Refinement::Outcome Refinement::match_component(const Points (&points)[2]) {
+  // Counted where points are looked at, so that the bound is one of time, and the same on every machine.
   effort_ += points[0].size();
   if (++depth_ > max_depth || effort_ > max_effort) return Outcome::given_up;
   const uint32_t mark = partition_.class_count();

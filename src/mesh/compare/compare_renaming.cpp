@@ -87,6 +87,7 @@ std::vector<Keyed> sorted_cells(const Elements& elements, const Partition& parti
   return keyed;
 }
 
+/// As multisets: both lists are sorted.
 bool same_hashes(const std::vector<Keyed>& a, const std::vector<Keyed>& b) {
   const auto same = [](const Keyed& x, const Keyed& y) { return x.hash == y.hash; };
   return std::equal(a.begin(), a.end(), b.begin(), b.end(), same);

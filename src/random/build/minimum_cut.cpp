@@ -17,6 +17,7 @@ uint64_t distance(uint64_t a, uint64_t b) {
 
 }  // namespace
 
+// Each cut edge is counted once, from its left end.
 TwoSides weigh_sides(const SpatialGraph& graph, std::vector<uint8_t> right) {
   TwoSides sides;
   sides.left_weight = left_weight(graph, right);
@@ -36,6 +37,8 @@ BandCut::BandCut(const SpatialGraph& graph) : graph_(graph), index_(graph.size()
   if (sum > 0) mean_weight_ = std::max<uint64_t>(1, sum / graph.size());
 }
 
+// A minimum cut within the band (Dinic 1970) is the best cut that moves nodes of the band only; so the cut
+// never becomes longer.
 bool BandCut::improve(TwoSides& sides, const Balance& balance, uint32_t factor) {
   find_band(sides, balance, factor);
   bool better = false;
@@ -186,6 +189,8 @@ uint32_t BandCut::augment(uint32_t start) {
   return flow;
 }
 
+// Each phase lengthens the shortest paths from source to sink, so there are at most as many phases as nodes
+// (Dinic 1970); in bands of a few rows there are few.
 uint64_t BandCut::maximum_flow() {
   uint64_t total = 0;
   while (find_levels()) {
