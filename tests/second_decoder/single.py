@@ -49,7 +49,6 @@ class Patch:
     def read_twins(self):
         """13.7: twins by corner of the mesh's faces, by half-edge, and of loose nodes."""
         made = self.made_twins = normals.Twins(self.streams["TWIN", 0], self)
-        self.twin_of_half_edge, self.loose_twins = made.of, made.loose
         self.twins = [None] * len(made.of)
         for h, twin in enumerate(made.of):
             self.twins[self.surface.corner_of[h]] = twin
