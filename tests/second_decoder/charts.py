@@ -4,7 +4,8 @@ import around
 import single
 from container import Fields, hash64, require
 from description import CELLS, CORNERS, MESH, NODES, POINTS, TRIANGLE, Block, Description
-from entropy import CodedSequence, tables
+from entropy import CodedSequence
+from fans import fan_tables
 
 
 class TableSet:
@@ -15,8 +16,7 @@ class TableSet:
         fans = CodedSequence(fields.section())
         # whether the set is for polygons is said behind the tables that depend on it
         self.topo = 2 if Fields(fields.data, fields.at).count() & around.POLYGONS else 1
-        self.event = tables(fans, *((2560, 32, 32, 9) if self.topo == 1 else (7680, 64, 32, 9)))
-        self.number = tables(fans, 8, 41, 8, 9)
+        self.fan_tables = fan_tables(fans, self.topo)
         fans.end()
         self.header = around.Header(fields, array.type, 3, shared=True)
         fields.end()

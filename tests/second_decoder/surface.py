@@ -1,5 +1,7 @@
 """Sections 11.2 and 12.4 of docs/format.md: half-edges of decoded faces."""
 
+from itertools import accumulate
+
 from container import require
 
 
@@ -7,76 +9,52 @@ class Surface:
     """Half-edges: those of faces, then those of border triangles. `corner_of` is the mesh's corner of a half-edge."""
 
     def __init__(self, faces, points):
-        for face in faces:
-            require(len(set(face)) == len(face), "a face has a point twice")
-        self.begin, at = [], 0
-        for face in faces:
-            self.begin.append(at)
-            at += len(face)
-        self.faces, self.real = [list(face) for face in faces], at
+        require(all(len(set(face)) == len(face) for face in faces), "a face has a point twice")
+        self.begin = list(accumulate(map(len, faces), initial=0))
+        self.faces, self.real = [list(face) for face in faces], self.begin.pop()
         self.face = [f for f, face in enumerate(faces) for _ in face]
         self.flipped = [False] * len(faces)
-        self.opposite = self.glue_all() or self.glue_by_walk()
+        edges = {}  # half-edges with an edge, each with its direction
+        for f, face in enumerate(faces):
+            for k, p in enumerate(face):
+                q = face[(k + 1) % len(face)]
+                edges.setdefault((min(p, q), max(p, q)), []).append((self.begin[f] + k, p < q))
+        self.opposite = [None] * self.real
+        if all(len(sides) == 1 or len(sides) == 2 and sides[0][1] != sides[1][1] for sides in edges.values()):
+            for (h, _), (o, _) in (sides for sides in edges.values() if len(sides) == 2):
+                self.opposite[h], self.opposite[o] = o, h
+        else:
+            self.glue_by_walk({h: (up, sides) for sides in edges.values() for h, up in sides})
         self.turn_over()
-        self.set_neighbours()
+        self.next = [b + (k + 1) % len(face) for b, face in zip(self.begin, self.faces) for k in range(len(face))]
+        self.previous = [b + (k - 1) % len(face) for b, face in zip(self.begin, self.faces) for k in range(len(face))]
+        self.point = [p for face in self.faces for p in face]
         self.close_borders()
         self.number_vertices(points)
 
-    # --- gluing
-
-    def edges(self):
-        made = {}
-        for f, face in enumerate(self.faces):
-            for k, p in enumerate(face):
-                q = face[(k + 1) % len(face)]
-                made.setdefault((min(p, q), max(p, q)), []).append((self.begin[f] + k, p < q))
-        return made
-
-    def glue_all(self):
-        opposite = [None] * self.real
-        for sides in self.edges().values():
-            if len(sides) == 1:
-                continue
-            if len(sides) > 2 or sides[0][1] == sides[1][1]:
-                return None
-            (h, _), (o, _) = sides
-            opposite[h], opposite[o] = o, h
-        return opposite
-
-    def glue_by_walk(self):
-        opposite, edges = [None] * self.real, {}
-        for sides in self.edges().values():
-            for h, up in sides:
-                edges[h] = up, sides
-        reached = {}  # when each face was
+    def glue_by_walk(self, edges):
+        opposite, face, flipped, reached = self.opposite, self.face, self.flipped, {}  # reached: when each face was
         for first in range(len(self.faces)):
-            if first in reached:
-                continue
-            reached[first] = len(reached)
-            queue = [(first, 0)]
+            queue = [] if first in reached else [(first, 0)]
+            reached.setdefault(first, len(reached))
             for f, start in queue:
                 n = len(self.faces[f])
                 for k in range(n):
-                    h = self.begin[f] + (start + (-k if self.flipped[f] else k)) % n
+                    h = self.begin[f] + (start + (-k if flipped[f] else k)) % n
                     if opposite[h] is not None:
                         continue
                     up, sides = edges[h]
-                    up ^= self.flipped[f]
-                    free = [(o, u) for o, u in sides if opposite[o] is None and self.face[o] != f]
-                    known = [o for o, u in free if self.face[o] in reached and (u ^ self.flipped[self.face[o]]) != up]
-                    if known:
-                        o = min(known, key=lambda o: reached[self.face[o]])
-                    else:
-                        new = [(u == up, o) for o, u in free if self.face[o] not in reached]
-                        if not new:
-                            continue
-                        flip, o = min(new)
-                        g = self.face[o]
-                        self.flipped[g] = flip
-                        reached[g] = len(reached)
-                        queue.append((g, o - self.begin[g]))
+                    up ^= flipped[f]
+                    free = [(o, u) for o, u in sides if opposite[o] is None and face[o] != f]
+                    known = [(reached[face[o]], o) for o, u in free if face[o] in reached and (u ^ flipped[face[o]]) != up]
+                    new = [(u == up, o) for o, u in free if face[o] not in reached]
+                    if not known and not new:
+                        continue
+                    flip, o = min(known or new)
+                    if not known:
+                        flipped[face[o]], reached[face[o]] = flip, len(reached)
+                        queue.append((face[o], o - self.begin[face[o]]))
                     opposite[h], opposite[o] = o, h
-        return opposite
 
     def turn_over(self):
         """Flipped faces have all corners but the first the other way round, and their half-edges stand there."""
@@ -86,59 +64,46 @@ class Surface:
             if self.flipped[f]:
                 n, b = len(face), self.begin[f]
                 self.faces[f] = [face[0]] + face[:0:-1]
-                for k in range(n):
-                    self.corner_of[b + k] = b + (n - k) % n
-                    place[b + (n - k - 1) % n] = b + k
+                self.corner_of[b : b + n] = [b, *range(b + n - 1, b, -1)]
+                place[b : b + n] = range(b + n - 1, b - 1, -1)
         opposite = [None] * self.real
         for h, o in enumerate(self.opposite):
             opposite[place[h]] = None if o is None else place[o]
         self.opposite = opposite
 
-    def set_neighbours(self):
-        self.next, self.previous, self.point = [], [], []
-        for b, face in zip(self.begin, self.faces):
-            n = len(face)
-            self.next += [b + (k + 1) % n for k in range(n)]
-            self.previous += [b + (k - 1) % n for k in range(n)]
-            self.point += face
-
     def close_borders(self):
         """Triangles (end, begin, dummy) for the half-edges of each loop."""
-        done = set()
         for first in range(self.real):
-            if self.opposite[first] is not None or first in done:
+            if self.opposite[first] is not None:
                 continue
-            loop, h = [], first
-            while h not in done:
-                done.add(h)
-                loop.append(h)
-                h = self.next[h]
+            loop, h = [], None
+            while h != first:
+                loop.append(first if h is None else h)
+                h = self.next[loop[-1]]
                 while self.opposite[h] is not None:
                     h = self.next[self.opposite[h]]
-            at = len(self.next)
+            at, n = len(self.next), len(loop)
             for k, b in enumerate(loop):
                 t = at + 3 * k
                 self.next += [t + 1, t + 2, t]
                 self.previous += [t + 2, t, t + 1]
                 self.point += [self.point[self.next[b]], self.point[b], None]
                 # end to begin lies on b; begin to dummy on dummy to end of the triangle before
-                self.opposite += [b, at + 3 * ((k - 1) % len(loop)) + 2, at + 3 * ((k + 1) % len(loop)) + 1]
+                self.opposite += [b, at + 3 * ((k - 1) % n) + 2, at + 3 * ((k + 1) % n) + 1]
                 self.face += [len(self.faces)] * 3
             for k, b in enumerate(loop):
                 self.opposite[b] = at + 3 * k
 
     def number_vertices(self, points):
-        fans, seen = [], [False] * len(self.next)
+        fans, seen = [], set()
         for h in range(self.real):
-            if not seen[h]:
+            if h not in seen:
                 fans.append((self.point[h], h))
-                for g in self.turn_around(h):
-                    seen[g] = True
-        self.corner, self.origin = [], [None] * len(self.next)
+                seen.update(self.turn_around(h))
+        self.corner, self.origin = [h for _, h in sorted(fans)], [None] * len(self.next)
         self.vertices_of = [[] for _ in range(points)]
-        for V, (p, h) in enumerate(sorted(fans)):
-            self.corner.append(h)
-            self.vertices_of[p].append(V)
+        for V, h in enumerate(self.corner):
+            self.vertices_of[self.point[h]].append(V)
             for g in self.turn_around(h):
                 self.origin[g] = V
 
@@ -146,15 +111,13 @@ class Surface:
         return self.opposite[self.previous[h]]
 
     def turn_around(self, h):
-        g = h
-        while True:
-            yield g
-            g = self.turn(g)
-            if g == h:
-                return
+        around = [h]
+        while self.turn(around[-1]) != h:
+            around.append(self.turn(around[-1]))
+        return around
 
     def around(self, V):
-        return list(self.turn_around(self.corner[V]))
+        return self.turn_around(self.corner[V])
 
     def ring(self, V):
         return [h for h in self.around(V) if h < self.real]
