@@ -1,104 +1,91 @@
 """Sections 11, 12.5 and 15 of docs/format.md: mode single."""
 
+from functools import cached_property
+
 import numpy as np
 
 import around
 import arrays
-import normals
 from container import Fields, Unread, require, unzigzag
 from description import CELLS, CORNERS, MESH, POINTS, TWINS, Block, Description, Mesh
 from entropy import CodedSequence, bits, counts
 from fans import Fans
+from normals import Twins
 from surface import Surface
+
+
+def ranges(sizes):
+    ends = np.cumsum(sizes).astype(int).tolist()
+    return [range(end - n, end) for n, end in zip(sizes, ends)]
+
+
+def joined(lists):
+    return [x for part in lists for x in part]
 
 
 class Patch:
     """A mesh or a part of it: its streams by name and number, and the counts of 11.1."""
 
     def __init__(self, streams, description, points, corners, cells, shared=None):
-        self.shared = shared  # tables of charts (17.7)
-        self.d, self.streams, self.points = description, streams, points
-        self.described = [Block(b.name, b.type, n) for b, n in zip(description.blocks, cells)]
-        self.twins, self._point_references, self._corners, self._surface = None, None, None, None
-        self.connectivity(corners)
-        self.blocks = self.in_blocks(self.face_cells(), self.fans.loose)
-        require(sum(len(nodes) for block in self.blocks for _, nodes in block) == corners, "other corners than announced")
-        positions = self.read_positions()
-        finite = positions.astype("f8")
-        self.numbers = np.where(np.isfinite(finite), finite, 0.0)
+        """`shared`: tables of charts (17.7)."""
+        self.streams, self.points = streams, points
+        described = [Block(b.name, b.type, n) for b, n in zip(description.blocks, cells)]
+        (topo,) = (n for name, n in streams if name == "TOPO")
+        if topo == 0:
+            raise Unread("connectivity over a front: efforts 7 to 9")
+        require(topo < 3 or topo == 3 and shared, "connectivity of another kind, or without the tables of charts")
+        self.fans = fans = Fans(topo, streams["TOPO", topo], points, corners, described, shared if topo == 3 else None)
+        self.face_types = [described[b].type for b in fans.block]
+        self.blocks = self.in_blocks(list(zip(self.face_types, fans.faces)), fans.loose)
+        require(sum(len(nodes) for _, nodes in joined(self.blocks)) == corners, "other corners than announced")
+        positions = self.positions(description.positions, shared)
+        self.numbers = np.where(np.isfinite(positions), positions, 0).astype("f8")
         if description.welded:
             self.read_twins()
         self.values = [positions]
         for i, array in enumerate(description.arrays):
-            self.values.append(self.in_mesh_order(array, arrays.decode(streams["ARRY", i], array, self)) if ("ARRY", i) in streams else None)
+            coded = arrays.decode(streams["ARRY", i], array, self) if ("ARRY", i) in streams else None
+            self.values.append(coded if coded is None or array.domain not in (CELLS, CORNERS) else self.in_mesh_order(array, coded))
 
-    def connectivity(self, corners):
-        topo = [n for name, n in self.streams if name == "TOPO"]
-        require(len(topo) == 1 and topo[0] <= 3, "connectivity of another kind")
-        if topo[0] == 0:
-            raise Unread("connectivity over a front: efforts 7 to 9")
-        require(topo[0] < 3 or self.shared, "tables of charts are missing")
-        self.fans = Fans(topo[0], self.streams["TOPO", topo[0]], self.points, corners, self.described, self.shared if topo[0] == 3 else None)
+    def positions(self, array, shared):
+        for kind, header in ((1, None), (3, shared and shared.header)):
+            if ("POSI", kind) in self.streams:
+                return around.positions(Fields(self.streams["POSI", kind]), self.fans, self.points, array, header)
+        return arrays.decode(self.streams["POSI", 0], array, self)
 
-    @property
+    @cached_property
     def surface(self):
-        if self._surface is None:
-            self._surface = Surface(self.fans.faces, self.points)
-        return self._surface
+        return Surface(self.fans.faces, self.points)
 
-    def read_twins(self):
-        """13.7: twins by corner of the mesh's faces, by half-edge, and of loose nodes."""
-        made = self.made_twins = normals.Twins(self.streams["TWIN", 0], self)
-        self.twins = [None] * len(made.of)
-        for h, twin in enumerate(made.of):
-            self.twins[self.surface.corner_of[h]] = twin
-
-    @property
+    @cached_property
     def corners(self):
-        if self._corners is None:
-            self._corners = arrays.Corners(self.fans.faces)
-        return self._corners
+        return arrays.Corners(self.fans.faces)
+
+    @cached_property
+    def references(self):
+        return arrays.element_references(self.corners, self.corners.point, self.points)
 
     def point_references(self):
         """13.2, for points: elements by number, and valences."""
-        if self._point_references is None:
-            self._point_references = arrays.element_references(self.corners, self.corners.point, self.points)
-        return self._point_references
+        return self.references
 
-    def read_positions(self):
-        if ("POSI", 1) in self.streams:
-            return around.positions(Fields(self.streams["POSI", 1]), self.fans, self.points, self.d.positions)
-        if ("POSI", 3) in self.streams:
-            fields = Fields(self.streams["POSI", 3])
-            return around.positions(fields, self.fans, self.points, self.d.positions, self.shared.header)
-        require(("POSI", 0) in self.streams, "positions are missing")
-        return arrays.decode(self.streams["POSI", 0], self.d.positions, self)
-
-    def face_cells(self):
-        return [(self.described[b].type, face) for face, b in zip(self.fans.faces, self.fans.block)]
+    def read_twins(self):
+        """13.7: twins by half-edge, and by corner of the mesh's faces."""
+        self.made_twins = Twins(self.streams["TWIN", 0], self)
+        by_corner = dict(zip(self.surface.corner_of, self.made_twins.of))
+        self.twins = [by_corner[c] for c in range(len(by_corner))]
 
     def in_blocks(self, of_faces, of_loose):
         """12.5: items of faces and of loose cells (by block) in the order of the mesh's cells, by block."""
-        blocks = [[] for _ in self.described]
-        for item, b in zip(of_faces, self.fans.block):
-            blocks[b].append(item)
-        return [block + loose for block, loose in zip(blocks, of_loose)]
+        return [[item for item, own in zip(of_faces, self.fans.block) if own == b] + loose for b, loose in enumerate(of_loose)]
 
     def in_mesh_order(self, array, values):
         """13.1: tuples of cells and corners follow these."""
-        if array.domain not in (CELLS, CORNERS, TWINS):
-            return values
-        if array.domain == TWINS:
-            return values
-        sizes = [len(face) if array.domain == CORNERS else 1 for face in self.fans.faces]
-        loose_sizes = [[len(nodes) if array.domain == CORNERS else 1 for _, nodes in cells] for cells in self.fans.loose]
-        begin = np.concatenate([[0], np.cumsum(sizes + [n for block in loose_sizes for n in block])]).astype(int)
-        places, k = [], len(sizes)
-        for block in loose_sizes:
-            places.append([range(begin[k + i], begin[k + i + 1]) for i in range(len(block))])
-            k += len(block)
-        ordered = self.in_blocks([range(begin[i], begin[i + 1]) for i in range(len(sizes))], places)
-        return values[[i for block in ordered for places in block for i in places]]
+        loose = joined(self.fans.loose)
+        places = ranges([len(x) if array.domain == CORNERS else 1 for x in self.fans.faces + [nodes for _, nodes in loose]])
+        of_loose = iter(places[len(self.fans.faces) :])
+        ordered = self.in_blocks(places[: len(self.fans.faces)], [[next(of_loose) for _ in cells] for cells in self.fans.loose])
+        return values[joined(joined(ordered))]
 
 
 def split_twins(mesh, patch):
@@ -106,21 +93,13 @@ def split_twins(mesh, patch):
     twins, total = patch.made_twins, patch.made_twins.first[-1]
     require(total == mesh.description.split_points, "other points than announced")
     own = np.repeat(np.arange(patch.points), np.diff(twins.first))
+    points = [twins.point(twin) for twin in patch.twins + twins.loose]
     by_twin = np.zeros(total, int)  # a corner of each
-    corners = list(enumerate(patch.twins)) + list(enumerate(twins.loose, len(patch.twins)))
-    for c, twin in corners:
-        by_twin[twins.point(twin)] = c
+    by_twin[points] = np.arange(len(points))
     mesh.values = [v[by_twin] if a.domain == TWINS else v[own] if a.domain == POINTS else v for a, v in zip(mesh.arrays, mesh.values)]
-    points = [twins.point(twin) for twin in patch.twins]
-    faces, at = [], 0
-    for face in patch.fans.faces:
-        faces.append(points[at : at + len(face)])
-        at += len(face)
-    loose, nodes_twins = [], iter(twins.loose)
-    for cells in patch.fans.loose:
-        loose.append([(type_, [twins.point(next(nodes_twins)) for _ in nodes]) for type_, nodes in cells])
-    types = [patch.described[b].type for b in patch.fans.block]
-    mesh.blocks = patch.in_blocks(list(zip(types, faces)), loose)
+    point = iter(points)
+    faces = [(type_, [next(point) for _ in face]) for type_, face in zip(patch.face_types, patch.fans.faces)]
+    mesh.blocks = patch.in_blocks(faces, [[(type_, [next(point) for _ in nodes]) for type_, nodes in cells] for cells in patch.fans.loose])
 
 
 def permutation(sequence, n):
@@ -137,110 +116,84 @@ def permutation(sequence, n):
 
 def reorder(mesh, stream):
     """15.2."""
-    sequence = CodedSequence(stream)
-    cells, points = mesh.cells(), len(mesh.values[0])
-    point_numbers, cell_numbers = permutation(sequence, points), permutation(sequence, len(cells))
-    models, r, rotations = counts(), 0, []
+    sequence, cells = CodedSequence(stream), mesh.cells()
+    point_numbers, cell_numbers = permutation(sequence, len(mesh.values[0])), permutation(sequence, len(cells))
+    models, rotations = counts(), [0]
     for _, nodes in cells:
-        r = sequence.count(models[min(r, 3)])
-        require(r == 0 or r < len(nodes), "a rotation that is too large")
-        rotations.append(r)
+        rotations.append(sequence.count(models[min(rotations[-1], 3)]))
+        require(rotations[-1] == 0 or rotations[-1] < len(nodes), "a rotation that is too large")
     sequence.end()
-    old_point = np.argsort(point_numbers).astype(int)
-    old_cell = np.argsort(cell_numbers).astype(int)
-    begin = np.concatenate([[0], np.cumsum([len(nodes) for _, nodes in cells])]).astype(int)
-    made, old_corner = [], []
+    old_point, old_cell = (np.argsort(numbers).astype(int) for numbers in (point_numbers, cell_numbers))
+    corners, made, old_corner = ranges([len(nodes) for _, nodes in cells]), [], []
     for i in old_cell:
-        type_, nodes = cells[i]
-        n, r = len(nodes), rotations[i]
-        made.append((type_, [point_numbers[nodes[(j - r) % n]] for j in range(n)]))
-        old_corner += [begin[i] + (j - r) % n for j in range(n)]
+        (type_, nodes), r, n = cells[i], rotations[1 + i], len(cells[i][1])
+        order = [(j - r) % n for j in range(n)]
+        made.append((type_, [point_numbers[nodes[j]] for j in order]))
+        old_corner += [corners[i][j] for j in order]
     by_domain = {POINTS: old_point, TWINS: old_point, CELLS: old_cell, CORNERS: np.array(old_corner, int), MESH: slice(None)}
     mesh.values = [values[by_domain[array.domain]] for values, array in zip(mesh.values, mesh.arrays)]
-    blocks, at = [], 0
-    for block in mesh.blocks:
-        require(all(at <= i < at + len(block) for i in old_cell[at : at + len(block)]), "a cell leaves its block")
-        blocks.append(made[at : at + len(block)])
-        at += len(block)
-    mesh.blocks = blocks
+    blocks = ranges(list(map(len, mesh.blocks)))
+    require(all(set(old_cell[block]) == set(block) for block in blocks), "a cell leaves its block")
+    mesh.blocks = [[made[i] for i in block] for block in blocks]
 
 
 def border_points(cells, points):
     """15.1: points at which sides of cells do not come in pairs."""
     neighbours = [0] * points
-    for nodes in cells:
-        n = len(nodes)
-        for k in range(n):
-            neighbours[nodes[k]] ^= (nodes[k - 1] + 1) ^ (nodes[(k + 1) % n] + 1)
+    for _, nodes in cells:
+        for p, before, behind in zip(nodes, nodes[-1:] + nodes, nodes[1:] + nodes[:1]):
+            neighbours[p] ^= before + 1 ^ behind + 1
     return [p for p in range(points) if neighbours[p]]
 
 
-def shared_points(section, border):
-    """15.1: (point, copy), rising."""
+def shared_points(section, patch):
+    """15.1: copies by point, rising."""
+    border = border_points(joined(patch.blocks), patch.points)
     if not section:
-        return [(p, 0) for p in border]
-    sequence, number, step, copy_models, there = CodedSequence(section), counts(), counts(), counts(), bits()
-    shared, next_ = set(), 0
-    for _ in range(sequence.count(number[0])):
-        p = next_ + sequence.count(step[0])
+        return dict.fromkeys(border, 0)
+    sequence, models, there = CodedSequence(section), counts(), bits()
+    shared, next_, before, copies = set(), 0, 1, {}
+    for _ in range(sequence.count(models["number"])):
+        p = next_ + sequence.count(models["step"])
         shared.add(p)
         next_ = p + 1
-    before = 1
     for p in border:
         before = sequence.bit(there[before])
-        if before:
-            shared.add(p)
-    found, copied = [], 0
+        shared |= {p} if before else set()
+    copy = 0
     for p in sorted(shared):
-        copy = sequence.count(copy_models[copied])
-        copied = int(copy > 0)
-        found.append((p, copy))
+        copies[p] = copy = sequence.count(models[copy > 0])
     sequence.end()
-    return found
+    return copies
 
 
 def join(description, patches, shared, mesh_values):
     """15.1: the mesh of parts. `shared` by patch; `mesh_values` of arrays of the mesh as a whole."""
-    known, taken, count = {}, [[] for _ in patches], 0
-    numbers = []
-    for patch, points, own in zip(patches, shared, taken):
-        copies, number = dict(points), []
+    known, count, taken, cells = {}, 0, [], []
+    for patch, copies in zip(patches, shared):
+        number, own = [], []
         for p in range(patch.points):
-            key = (patch.values[0][p].tobytes(), copies[p]) if p in copies else None
-            if key in known and key is not None:
-                number.append(known[key])
-                continue
-            if key is not None:
-                known[key] = count
-            number.append(count)
-            own.append(p)
-            count += 1
-        numbers.append(number)
+            key = (patch.values[0][p].tobytes(), copies[p]) if p in copies else (len(taken), p)
+            number.append(known.setdefault(key, count))
+            if number[-1] == count:
+                own.append(p)
+                count += 1
+        taken.append(own)
+        cells.append([[(type_, [number[p] for p in nodes]) for type_, nodes in block] for block in patch.blocks])
     require(count == description.points, "parts give another number of points than announced")
-    blocks = [[] for _ in description.blocks]
-    for patch, number in zip(patches, numbers):
-        for block, part in zip(blocks, patch.blocks):
-            block += [(type_, [number[p] for p in nodes]) for type_, nodes in part]
-    values = []
-    for i, array in enumerate(Mesh(description, None, None).arrays):
+    mesh = Mesh(description, [joined(of_block) for of_block in zip(*cells)], [])
+    for i, array in enumerate(mesh.arrays):
         if array.domain == MESH:
-            values.append(mesh_values[i])
+            mesh.values.append(mesh_values[i])
         elif array.domain == POINTS:
-            values.append(np.concatenate([patch.values[i][own] for patch, own in zip(patches, taken)]))
+            mesh.values.append(np.concatenate([patch.values[i][own] for patch, own in zip(patches, taken)]))
         else:
-            pieces = [[] for _ in blocks]
+            pieces = []  # by patch and block
             for patch in patches:
-                at = 0
-                for b, part in enumerate(patch.blocks):
-                    n = len(part) if array.domain == CELLS else sum(len(nodes) for _, nodes in part)
-                    pieces[b].append(patch.values[i][at : at + n])
-                    at += n
-            values.append(np.concatenate([piece for block in pieces for piece in block]))
-    return Mesh(description, blocks, values)
-
-
-def mesh_array(stream, array):
-    return arrays.decode(stream, array, None)
+                sizes = [len(block) if array.domain == CELLS else sum(len(nodes) for _, nodes in block) for block in patch.blocks]
+                pieces.append(np.split(patch.values[i], np.cumsum(sizes).astype(int)))
+            mesh.values.append(np.concatenate(joined(list(zip(*pieces))[:-1])))
+    return mesh
 
 
 def decode(container):
@@ -256,7 +209,7 @@ def decode(container):
     else:
         patches = [Patch(by_patch[i], d, *part) for i, part in enumerate(d.parts)]
         sections = Fields(container.stream("JOIN"))
-        shared = [shared_points(sections.section(), border_points([nodes for block in p.blocks for _, nodes in block], p.points)) for p in patches]
+        shared = [shared_points(sections.section(), patch) for patch in patches]
         sections.end()
         mesh = join(d, patches, shared, patches[0].values)
     if d.form & 1:
