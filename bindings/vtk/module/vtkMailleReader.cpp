@@ -291,7 +291,8 @@ int vtkMailleReader::RequestInformation(vtkInformation*, vtkInformationVector**,
   using Pipeline = vtkStreamingDemandDrivenPipeline;
   if (!this->ReadDescription()) return 1;  // said already; the output stays empty
   vtkInformation* const information = output->GetInformationObject(0);
-  // Each process of pvserver asks for its own share, and none reads the whole mesh.
+  // Each process of pvserver asks for its own share; only a file of mode single, which has no parts, is read
+  // whole by the first.
   information->Set(vtkAlgorithm::CAN_HANDLE_PIECE_REQUEST(), 1);
   information->Remove(Pipeline::TIME_STEPS());
   information->Remove(Pipeline::TIME_RANGE());

@@ -302,8 +302,7 @@ void PolyMeshWriter::place_patches() {
     patch.first = faces;
     faces += patch.faces;
   }
-  // Labels of 32 bits are OpenFOAM's default; larger ones only where some number needs them, as a program
-  // built for the other size refuses the file.
+  // Labels of 32 bits are OpenFOAM's default; larger ones are written only if some number needs them.
   const uint64_t most = std::max({description_.points, table_.cells, faces + 1, table_.corners});
   file_.set_wide_labels(most > INT32_MAX);
 }

@@ -312,8 +312,6 @@ class LevelBuilder {
     job.bound = deviation(input, simplified);
     const auto left = static_cast<uint32_t>(simplified.triangles.size() / 3);
     uint32_t parts = 1;
-    // Two parts at least, where there is enough for two: the border between them is new, so that the next
-    // level can simplify across the old ones.
     if (!last && left > sizes_.chart_faces / 2)
       parts = std::max(2u, (left + sizes_.chart_faces / 2) / sizes_.chart_faces);
     split(job, simplified, parts);

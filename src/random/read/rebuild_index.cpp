@@ -79,8 +79,8 @@ class Rebuilder {
     return {};
   }
 
-  /// What is damaged is passed over; only errors of reading the file end the search. Charts before the damage
-  /// count, as their page says where each of them ends.
+  /// A group whose page is damaged is passed over; only errors of reading the file end the search. A head
+  /// that claims more bytes than its page has ends the charts there.
   Result<> read_group(uint32_t number) {
     auto page = file_.read_stream(charts_key(number));
     if (!page) return page.error().code == ErrorCode::corrupt ? Result<>() : tl::unexpected(page.error());
