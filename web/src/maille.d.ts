@@ -203,6 +203,16 @@ export interface Block {
   cellFaces?: Float64Array;
 }
 
+/** Blocks of a mesh at one place of a glTF scene. A mesh that several nodes use is there once for each. */
+export interface Instance {
+  /** Of the node. */
+  name: string;
+  /** Their places in `Mesh.blocks`. */
+  blocks: number[];
+  /** From the mesh to the scene, column after column: Matrix4.fromArray() of three.js. */
+  matrix: number[];
+}
+
 /** The mesh itself, bit for bit. */
 export interface Mesh {
   positions: Values;
@@ -328,6 +338,8 @@ export class MeshFile {
   readSteps(options?: CallOptions): Promise<Step[]>;
   /** Key and value, in the order of the source: comments, names of files it refers to (mtllib), units. */
   readMetadata(options?: CallOptions): Promise<[string, string][]>;
+  /** Where the nodes of a glTF scene put the blocks; [] where each is there once, and not moved. */
+  readInstances(options?: CallOptions): Promise<Instance[]>;
 
   /** Charts that together show a region without cracks. Mode random. */
   select(request?: Request, options?: CallOptions): Promise<Chart[]>;

@@ -183,6 +183,12 @@ export class MeshFile {
     }
   }
 
+  /** Where a glTF scene has the blocks, with instances, [{name, blocks, matrix}]: nodes.js. */
+  async readInstances(options) {
+    const [metadata, {instancesOf}] = await Promise.all([this.readMetadata(options), import('./nodes.js')]);
+    return instancesOf(metadata);
+  }
+
   /**
    * Charts that together show a region without cracks; of a volume pieces, see volume.js.
    * @param request box {low, high}, sphere {centre, radius}, planes [{normal, offset}]: where; level, bound (world units),

@@ -32,7 +32,7 @@ export interface MailleObjectOptions {
   /** Of charts kept; arrays of those that go are given back at once. */
   maxBytes?: number;
   material?: Material | Material[];
-  /** Charts that are made ready for the GPU in one frame. */
+  /** Charts that are made ready for the GPU in one frame while the camera moves; twice as many while it rests. */
   uploadsPerFrame?: number;
 }
 /** A file of mode random in a scene: refines itself as it is looked at. Events: 'progress', 'chart', 'error'. */

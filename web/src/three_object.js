@@ -43,9 +43,9 @@ export class MailleObject extends THREE.Object3D {
    * @param {MeshFile} file of mode random, kept open until dispose()
    * @param {object} options errorTarget: pixels; restTarget: the same when the camera has not moved for a while (default: the same);
    *   level: all of one level, whatever is seen of it; maxBytes: of charts kept, whose arrays are gone with them; material; uploadsPerFrame: charts that are
-   *   made ready for the GPU in one frame
+   *   made ready for the GPU in one frame while the camera moves, and twice as many while it rests
    */
-  constructor(file, {errorTarget = 1.5, restTarget = Infinity, level = null, maxBytes = MAX_BYTES, material, uploadsPerFrame = 4} = {}) {
+  constructor(file, {errorTarget = 1.5, restTarget = Infinity, level = null, maxBytes = MAX_BYTES, material, uploadsPerFrame = 2} = {}) {
     super();
     if (file.mode !== 'random') throw new Error(`${file.name}: only files of mode "random" refine themselves; use MailleLoader`);
     Object.assign(this, {file, errorTarget, restTarget, level, maxBytes, uploadsPerFrame, heldBytes: 0, triangles: 0, error: Infinity, failed: 0});
@@ -191,7 +191,8 @@ export class MailleObject extends THREE.Object3D {
   }
 
   #upload() {
-    const batch = this.arrived.splice(0, this.uploadsPerFrame);
+    // While it moves, each costs a part of the frame; at rest, nobody sees that.
+    const batch = this.arrived.splice(0, this.resting ? 2 * this.uploadsPerFrame : this.uploadsPerFrame);
     for (const {key, chart, drawn} of batch) {
       if (this.charts.has(key)) continue;
       const geometry = toGeometry(drawn), arrays = arraysOf(geometry);

@@ -9,6 +9,7 @@ import {fileURLToPath} from 'node:url';
 
 import {Decoder, DecoderFile} from '../src/decoder.js';
 import {decode, ErrorCode, MailleError, MeshFile, ready, setDecoder} from '../src/maille.js';
+import {instancesOf} from '../src/nodes.js';
 import {Session} from '../src/session.js';
 import {boundaryOf, nodesOfType} from './boundary.js';
 import {checksumOf} from './checksum.js';
@@ -266,6 +267,52 @@ test('labels have their names and the file its metadata, in all modes and forms'
     }
     file.close();
   }
+});
+
+/** A glTF scene of one triangle, which two nodes show: half as large, turned and moved within another node, and as it is. */
+function twoInstances() {
+  const half = Math.SQRT1_2, positions = Buffer.from(new Float32Array([0, 0, 0, 1, 0, 0, 0, 2, 0]).buffer);
+  return JSON.stringify({
+    asset: {version: '2.0'}, scene: 0, scenes: [{nodes: [0, 2]}],
+    nodes: [{name: 'group', translation: [10, 0, 0], children: [1]}, {name: 'small', mesh: 0, rotation: [0, 0, half, half], scale: [0.5, 0.5, 0.5]},
+      {name: 'plain', mesh: 0}],
+    meshes: [{name: 'triangle', primitives: [{attributes: {POSITION: 0}}]}],
+    accessors: [{bufferView: 0, componentType: 5126, count: 3, type: 'VEC3', min: [0, 0, 0], max: [1, 2, 0]}],
+    bufferViews: [{buffer: 0, byteLength: 36}],
+    buffers: [{byteLength: 36, uri: `data:application/octet-stream;base64,${positions.toString('base64')}`}],
+  });
+}
+
+test('instances are where the scene of the command has them', async () => {
+  const gltf = path.join(folder, 'two.gltf'), scene = path.join(folder, 'scene.maille');
+  writeFileSync(gltf, twoInstances());
+  execFileSync(maille, ['convert', '-q', gltf, path.join(folder, 'scene.ply')]);
+  execFileSync(maille, ['compress', '-q', '-f', '--mode', 'single', path.join(folder, 'scene.ply'), scene]);
+  const shown = await decode(readFileSync(scene));
+  for (const mode of ['single', 'random']) {
+    const packed = path.join(folder, `two.${mode}.maille`);
+    execFileSync(maille, ['compress', '-q', '-f', '--mode', mode, gltf, packed]);
+    const file = await MeshFile.open(readFileSync(packed), {workers: 0}), {positions, blocks} = await file.decode();
+    const instances = await file.readInstances();
+    assert.deepEqual(instances.map(({name, blocks}) => [name, blocks]), [['small', [0]], ['plain', [0]]], mode);
+    const text = place => place.map(x => Math.round(1e5 * x) / 1e5 + 0).join(' '), at = (values, point) => [...values.subarray(3 * point, 3 * point + 3)];
+    const placed = instances.flatMap(({matrix: m, blocks: [b]}) => [...blocks[b].connectivity].map(point => {
+      const [x, y, z] = at(positions, point);
+      return text([0, 1, 2].map(k => m[k] * x + m[4 + k] * y + m[8 + k] * z + m[12 + k]));
+    }));
+    const wanted = shown.blocks.flatMap(block => [...block.connectivity]).map(point => text(at(shown.positions, point)));
+    assert.deepEqual(placed.sort(), wanted.sort(), mode);
+    file.close();
+  }
+});
+
+test('instances of metadata that anybody may have written end, and are none where it says nothing', () => {
+  const of = (nodes, scene, meshes) => instancesOf([['gltf.nodes', nodes], ['gltf.scene', scene], ['gltf.meshes', meshes]]);
+  assert.deepEqual(instancesOf([]), []);
+  assert.deepEqual(of('[', '{}', 'null'), []);
+  assert.deepEqual(of('[null, {"children": 3}, {"mesh": 7}]', '[0, 1, 2, 9, -1, "x"]', '[[0]]'), []);
+  assert.equal(of('[{"children": [1]}, {"mesh": 0, "children": [0, 1]}]', '[0, 1]', '[[0]]').length, 1);
+  assert.equal(of('[{"mesh": 0, "matrix": [1, 2]}]', '[0]', '[[0]]')[0].matrix[5], 1);
 });
 
 test('metadata of a large file is read without its mesh', async () => {

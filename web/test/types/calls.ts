@@ -21,6 +21,7 @@ export async function calls(url: string, blob: Blob, signal: AbortSignal): Promi
   for await (const piece of file.pieces({step: 1, signal})) console.log(piece.types.length);
   const names: string[] | undefined = whole.arrays.find(array => array.role === 'label')?.labels, [[key, value]] = await file.readMetadata({signal});
   console.log(names, key.length, value.length);
+  for (const {name, blocks: [first], matrix} of await file.readInstances()) console.log(name, whole.blocks[first], matrix[12]);
   const surface = await file.surface({onProgress: ({cells, total}) => console.log(cells, total)});
   const cut = await file.slice({normal: [0, 0, 1], offset: 0}, {arrays: ['T']});
   const hot = await file.extract({where: [{array: 'T', low: 500}], plane: {normal: [1, 0, 0], offset: 0}});
