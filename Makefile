@@ -3,7 +3,7 @@ PREFIX ?= /usr/local
 
 FUZZ_SECONDS ?= 60
 
-.PHONY: help check-deep coverage demo test test-c test-mpi test-python test-foam test-readers test-vtk test-paraview sanitize web viewer bench scale fuzz format install package test-package clean
+.PHONY: help check-deep coverage demo test test-c test-mpi test-python test-foam test-readers test-vtk test-paraview sanitize web viewer bench scale fuzz fuzz-web format install package test-package clean
 
 help:
 	@echo "make demo     build, compress a real scan, bring it back, compare (MESH=path: a mesh of your own)"
@@ -23,6 +23,7 @@ help:
 	@echo "make bench    measure beside Draco, meshoptimizer, OpenCTM and xz; writes docs/benchmarks.md and the figures of README.md"
 	@echo "make scale    measure peak memory of volumes larger than memory (CELLS=1e6: smaller ones than the full size)"
 	@echo "make fuzz     feed damaged input to every reader and decoder, FUZZ_SECONDS each ($(FUZZ_SECONDS))"
+	@echo "make fuzz-web damaged files through the WebAssembly decoders, beside the native one (FILES=100000)"
 	@echo "make format   clang-format on every source file"
 	@echo "make install  install the command and the library below PREFIX ($(PREFIX))"
 	@echo "make package  a Debian package, an archive that runs from any folder, and the npm package, in build/packages"
@@ -86,6 +87,9 @@ scale:
 
 fuzz:
 	@scripts/fuzz $(FUZZ_SECONDS)
+
+fuzz-web:
+	@scripts/fuzz-web $(FILES)
 
 format:
 	@scripts/check-format --fix

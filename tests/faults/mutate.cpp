@@ -11,16 +11,15 @@
 #include <ctime>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <map>
 
 #include "faults/counting_memory.h"
 #include "faults/entry_points.h"
 #include "faults/mutations.h"
+#include "faults/seeds.h"
 #include "support/codec.h"
 #include "support/data.h"
 #include "support/random_mesh.h"
-#include "support/random_volume.h"
 #include "support/sample_mesh.h"
 
 namespace maille::testing {
@@ -94,52 +93,6 @@ void measured(Counts& counts, const Run& run, const std::vector<std::byte>& file
   counts.most_memory = std::max(counts.most_memory, taken);
   if (taken > limits.mesh_bytes + slack)
     run.finding(counts, "takes " + std::to_string(taken >> 20) + " MiB", file);
-}
-
-void add_seed(std::vector<Seed>& seeds, const std::string& name, std::vector<std::byte> bytes) {
-  Seed seed{name, std::move(bytes), Mode::single, {}};
-  const auto source = memory_source(Bytes(seed.bytes), name);
-  const auto mode = mode_of(*source);
-  auto mesh = decode(*source);
-  if (!mode || !mesh) return;
-  seed.mode = *mode;
-  seed.mesh = *std::move(mesh);
-  seeds.push_back(std::move(seed));
-}
-
-std::vector<std::byte> content(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  const std::string text(std::istreambuf_iterator<char>(in), {});
-  const Bytes bytes = std::as_bytes(std::span(text.data(), text.size()));
-  return {bytes.begin(), bytes.end()};
-}
-
-/// Golden files, and small random meshes at all levels.
-std::vector<Seed> maille_seeds() {
-  std::vector<Seed> seeds;
-  for (const char* folder : {"single", "stream", "random"}) {
-    const std::filesystem::path place = std::filesystem::path(tests_folder()) / "golden" / folder;
-    std::vector<std::filesystem::path> paths;
-    for (const auto& entry : std::filesystem::directory_iterator(place)) paths.push_back(entry.path());
-    std::sort(paths.begin(), paths.end());
-    for (const auto& path : paths) add_seed(seeds, path.filename().string(), content(path));
-  }
-  for (uint64_t number = 0; number < 30; ++number) {
-    EncodeOptions options;
-    options.mode = static_cast<Mode>(number % 3);
-    options.effort = static_cast<int>(1 + number % 9);
-    if (number % 4 == 1) options.order = Order::keep;
-    if (number % 5 == 2) options.positions = {Tolerance::Kind::bits, 9};
-    RandomVolumeOptions volume;
-    volume.corner_arrays = false;
-    RandomMeshOptions surface;
-    surface.faces = 40;
-    const Mesh mesh =
-        options.mode == Mode::stream ? random_volume(number, volume) : random_surface(number, surface);
-    if (auto file = encode_bytes(mesh, options))
-      add_seed(seeds, "mesh " + std::to_string(number), file->bytes);
-  }
-  return seeds;
 }
 
 void damage_mode(Mode mode, const std::vector<Seed>& seeds, uint64_t count, uint64_t first, Counts& counts) {

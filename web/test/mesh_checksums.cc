@@ -3,32 +3,9 @@
 #include <maille/decode.h>
 #include <maille/source.h>
 
-#include <zlib.h>
-
 #include <cstdio>
 
-namespace {
-
-template <class T>
-void add(uLong& checksum, const maille::Buffer<T>& values) {
-  // Of no bytes at no address zlib gives the first checksum again.
-  if (values.empty()) return;
-  checksum = crc32_z(checksum, reinterpret_cast<const Bytef*>(values.data()), values.size() * sizeof(T));
-}
-
-uLong checksum_of(const maille::Mesh& mesh) {
-  uLong checksum = crc32_z(0, nullptr, 0);
-  add(checksum, mesh.points.bytes);
-  for (const maille::CellBlock& block : mesh.blocks) {
-    add(checksum, block.types);
-    add(checksum, block.offsets);
-    add(checksum, block.connectivity);
-  }
-  for (const maille::Array& array : mesh.arrays) add(checksum, array.bytes);
-  return checksum;
-}
-
-}  // namespace
+#include "mesh_checksum.h"
 
 int main(int count, char** paths) {
   for (int i = 1; i < count; ++i) {
@@ -38,6 +15,6 @@ int main(int count, char** paths) {
       std::printf("error-%d %s\n", static_cast<int>(mesh.error().code), paths[i]);
       continue;
     }
-    std::printf("%08lx %s\n", checksum_of(*mesh), paths[i]);
+    std::printf("%08lx %s\n", maille::testing::checksum_of(*mesh), paths[i]);
   }
 }
