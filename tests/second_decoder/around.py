@@ -2,11 +2,10 @@
 
 import copy
 from bisect import bisect_left
-from collections import defaultdict
 
 import numpy as np
 
-from codes import Details, Map, bits_of, clamp, clamp_nan, exponent_of, wrap
+from codes import Details, Map, bits_of, clamp, exponent_of, wrap
 from container import Fields, require
 from entropy import CodedSequence, RawBits, StaticSymbols, bits, symbols, tables
 

@@ -6,7 +6,7 @@ import numpy as np
 
 import values
 from container import Fields, Unread, require
-from description import CELLS, POINTS, Array, Mesh, plain
+from description import POINTS, Array, Mesh, plain
 from entropy import Asker, Difference, MixedSequence, Run, bits, hash32
 
 M64 = 2**64 - 1
@@ -45,7 +45,7 @@ UNUSED_POINT, LOOSE_CELL, END_OF_POINT = 18, 19, 20
 
 
 class Slots:
-    """16.3: slots in groups of 16, taken upwards in the current group."""
+    """16.3: slots in groups of 16. In the current group they are taken upwards, which is what a file of quads and hexahedra told."""
 
     def __init__(self):
         self.taken, self.current, self.freed, self.count = set(), None, [], 0
