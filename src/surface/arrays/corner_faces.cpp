@@ -4,6 +4,7 @@
 #include <array>
 #include <utility>
 
+#include "code/most_around.h"
 #include "surface/fans/placed_weights.h"
 #include "surface/front/element_walk.h"
 
@@ -28,11 +29,9 @@ void link_corners(CornerFaces& faces) {
 
 /// Edges that run both ways between two points are glued, the newest first, without a sort: corners wait in
 /// lists by point, and most points have few that wait. Edges that more faces share are glued by chance of
-/// order; predictions only need the same choice on both sides. No more than `most_waiting` corners of a list
-/// are looked at, so that time is linear however many open edges a point has; 80,000 triangles that share
-/// nothing but one point took 5.8 s without that bound. It is part of the format.
+/// order; predictions only need the same choice on both sides. No more than most_around corners of a list
+/// are looked at.
 void glue_corners(CornerFaces& faces) {
-  constexpr unsigned most_waiting = 64;  // as elsewhere around a point; not swept
   const uint32_t count = faces.corners();
   faces.opposite.assign(count, none);
   std::vector<uint32_t> waiting(faces.point_count, none);  // by point: the newest corner without opposite
@@ -40,7 +39,7 @@ void glue_corners(CornerFaces& faces) {
   for (uint32_t c = 0; c < count; ++c) {
     const uint32_t from = faces.points[c], to = faces.points[faces.next(c)];
     uint32_t* at = &waiting[to];
-    unsigned left = most_waiting;
+    unsigned left = most_around;
     while (*at != none && left != 0 && faces.points[faces.next(*at)] != from) {
       at = &older[*at];
       --left;

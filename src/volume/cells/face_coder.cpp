@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "code/most_around.h"
 #include "volume/cells/cell_coder.h"
 
 namespace maille {
@@ -11,7 +12,6 @@ namespace {
 
 // Bounds of docs/format.md, 16.8. Each keeps the work for one cell below a constant for each of its corners.
 constexpr unsigned most_anchors = 40;
-constexpr unsigned most_around = 64;  ///< faces, and cells, that are looked at around a point
 constexpr size_t most_hull_faces = 256;
 
 constexpr uint32_t capped(size_t value, uint32_t most) {

@@ -1,6 +1,7 @@
 // Faces that are not open in memory, polygons, and what is left to do when all faces of a cell are known.
 #include <algorithm>
 
+#include "code/most_around.h"
 #include "volume/cells/cell_coder.h"
 #include "volume/cells/face_coder.h"
 
@@ -8,10 +9,9 @@ namespace maille {
 namespace {
 
 // The border is searched for each edge: 128 edges bound that. Edges beyond it are left out in both
-// directions, and their corners cost more. Part of the format, as are the other two.
+// directions, and their corners cost more. Part of the format, as is the other one.
 constexpr size_t most_border = 128;
 constexpr unsigned most_joined = 8;
-constexpr unsigned most_around = 64;
 
 constexpr uint32_t capped(size_t value, uint32_t most) {
   return value < most ? static_cast<uint32_t>(value) : most;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "code/most_around.h"
 #include "volume/cells/cell_shape.h"
 #include "volume/cells/point_table.h"
 #include "volume/cells/slots.h"
@@ -34,8 +35,6 @@ struct FaceRef {
 /// each corner.
 class Hull {
  public:
-  static constexpr unsigned most_around = 64;  ///< as elsewhere around a point; docs/history.md has 1,024
-
   /// The rest of a point is one word, as a cell changes all of it at each of its corners. From the lowest bit
   /// on: 32 bits of head, 8 of valence, 1 of alive (with 7 unused), and 16 of open faces, at the top, so that
   /// their carry is lost: the count is modulo 2^16, as docs/format.md, 16.3 says.

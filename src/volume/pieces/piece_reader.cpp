@@ -386,7 +386,7 @@ Result<DecodedPiece> PieceReader::read_coded(uint32_t number, bool numbered) con
     coded.file = std::move(stream);
     stream = MAILLE_TRY(with_steps(coded, number, first_of_group(options_.step), options_.step));
     // The number that the step has behind the piece's own stream.
-    options.step = (options_.step - 1) % steps_of_group + 1;
+    options.step = (options_.step - 1) % key_steps + 1;
   }
   Result<Mesh> mesh = decode_stream(*memory_source(std::move(stream)), options);
   // The file says that there is the step, but its values do not follow on what the piece holds.

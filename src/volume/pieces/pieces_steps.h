@@ -5,18 +5,17 @@
 #include "container/file_reader.h"
 #include "container/file_writer.h"
 #include "volume/pieces/piece_layout.h"
+#include "volume/stream/step_chain.h"
 #include "volume/stream/stream_layout.h"
 
 namespace maille {
 
 // Steps of time of files in pieces. The values of a step in a piece are a step behind the piece's own stream,
-// as files that are not in pieces have it; steps begin anew with each `steps_of_group`, so that one is read
+// as files that are not in pieces have it; steps begin anew with each group of key_steps, so that one is read
 // with no more than those of its group. docs/format.md, 16.14.
 
-// The same as key_steps of streams that are not in pieces (step_chain.h), which the format has for both.
-inline constexpr uint64_t steps_of_group = 16;
 inline uint64_t first_of_group(uint64_t step) {
-  return (step - 1) / steps_of_group * steps_of_group + 1;
+  return (step - 1) / key_steps * key_steps + 1;
 }
 
 /// What a step has of a piece.
