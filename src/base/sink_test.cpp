@@ -253,6 +253,24 @@ TEST_F(FileSink, ThatAppendsCutsOffWhatWasNotCommitted) {
   EXPECT_EQ(fs::file_size(file), 5u + tail.size());
 }
 
+TEST_F(FileSink, ThatAppendsCutsOffWhatCouldNotBeWritten) {
+  const std::string file = path("appended");
+  std::ofstream(file) << "whole";
+  const int status = in_child([&] {
+    std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit = {100000, 100000};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+    auto sink = *append_sink(file, 5);
+    if (sink->write(bytes_of(std::string(200000, 'x')))) ::_exit(1);
+    if (fs::file_size(file) != 100000) ::_exit(2);
+    if (sink->write(bytes_of("small"))) ::_exit(3);  // an error stays
+    if (sink->commit()) ::_exit(4);
+    sink.reset();
+  });
+  EXPECT_EQ(status, 0);
+  EXPECT_EQ(read("appended"), "whole");
+}
+
 TEST_F(FileSink, SurvivesInterruptedWrites) {
   // A slow pipe and a timer whose handler does not restart calls: writes come back short or with EINTR.
   ASSERT_EQ(::mkfifo(path("fifo").c_str(), 0600), 0);

@@ -390,6 +390,17 @@ TEST(LatticeMap, IsLeftOutWhereItCannotPay) {
       is_lossless(make_array("none", Domain::point, Scalar::f32, 3), {Tolerance::Kind::relative, 0.1}));
 }
 
+/// Four codes are fewer than six, however many components there are: a double holds neither 4^600 nor 6^600.
+TEST(LatticeMap, IsComparedOverAnyNumberOfComponents) {
+  Random random(4);
+  for (const uint32_t components : {1u, 600u}) {
+    Array array = make_array("many", Domain::point, Scalar::f64, components);
+    array.resize(50);
+    for (double& number : array.values<double>()) number = random.below(4);
+    EXPECT_TRUE(maps_of(array, {Tolerance::Kind::absolute, 0.3}).lossless) << components;
+  }
+}
+
 TEST(LatticeMap, OfBitsHasTwoToTheBitsPoints) {
   Random random(2);
   for (const double bits : {1.0, 2.0, 8.0, 12.0, 16.0}) {

@@ -21,6 +21,7 @@ maille diff part.ply whole.ply
 try maille extract -q fine.maille none.ply --nearest 0,0,9 --level 1
 try maille extract -q fine.maille none.ply --box 7,7,7,8,8,8
 try maille extract -q fine.maille none.ply --box 7,7,7
+try maille extract -q fine.maille none.ply --box 1,1,1,0,0,0
 try maille extract -q fine.maille none.ply --level 99
 maille compress -q cube.ply
 try maille extract -q cube.maille none.ply

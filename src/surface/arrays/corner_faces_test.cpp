@@ -40,6 +40,20 @@ TEST(CornerFaces, FacesAcrossRunTheOtherWay) {
   }
 }
 
+/// Triangles share a hub and nothing else, but for the last one, which has an edge with the first: the edges
+/// of all others wait at the hub before that one.
+TEST(CornerFaces, LooksAtSixtyFourOpenEdgesOfAPoint) {
+  for (const uint32_t open : {1u, 63u, 64u, 65u, 1000u}) {
+    FanSurface fans;
+    for (uint32_t i = 0; i < open; ++i) {
+      for (const uint32_t point : {0u, 2 * i + 1, 2 * i + 2}) fans.corners.push_back(point);
+    }
+    for (const uint32_t point : {1u, 0u, 2 * open + 1}) fans.corners.push_back(point);
+    fans.vertices = 2 * open + 2;
+    EXPECT_EQ(corner_faces(fans).opposite[3 * open], open <= 64 ? 0 : none) << open;
+  }
+}
+
 TEST(ElementReferences, ComeBeforeTheirElement) {
   for (uint64_t seed = 0; seed < 200; ++seed) {
     for (const CornerFaces& faces : faces_of(random_surface(seed, {.arrays = false}))) {

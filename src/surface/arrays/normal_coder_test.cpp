@@ -90,6 +90,23 @@ TEST(Normals, OnALatticeOfTheSphereCostNextToNothingWhereTheSurfaceGivesThem) {
     EXPECT_LT(bits(patch, exported_normals(patch.mesh, domain, true), tolerance), 1) << name_of(domain);
 }
 
+/// Two codes have a direction only: one that is expected to have another length cannot be told by them.
+TEST(Normals, OnALatticeOfTheSphereOfAnyLengthAreRefused) {
+  const CodedMesh patch(hills(true));
+  const Array array = exported_normals(patch.mesh, Domain::point, true);
+  const auto maps = choose_maps(array, {Tolerance::Kind::bits, 10}, false);
+  ASSERT_TRUE(maps && maps->octahedral);
+  std::vector<std::byte> bytes = encode_array(patch.elements(), array, *maps, patch.sources(array), false);
+  for (unsigned how = 0; how <= NormalCoding::most_flags; ++how) {
+    bytes[3] = static_cast<std::byte>(how);  // after coding, flags and weight
+    if (NormalCoding::from(0, static_cast<uint8_t>(how)).unit) continue;
+    Array decoded = make_array("normal", Domain::point, Scalar::f32, 3, Role::normal);
+    const auto done = decode_array(patch.elements(), bytes, 0, decoded);
+    ASSERT_FALSE(done) << how;
+    EXPECT_EQ(done.error().message, "array \"normal\" is coded in an unknown way");
+  }
+}
+
 TEST(Normals, UnitVectorsAtRandomCostTwoComponents) {
   const CodedMesh patch(hills(false));
   Array array = make_array("normal", Domain::point, Scalar::f32, 3, Role::normal);
