@@ -21,7 +21,8 @@ std::string vtk_xml_escaped(std::string_view text) {
   for (const char c : text) {
     // Tabs and line ends as numbers, too: parsers turn bare ones into blanks.
     if (!is_in_xml(c)) {
-      out += "\xef\xbf\xbd";
+      out += "\xe2\x90";
+      out += static_cast<char>(0x80 | c);
     } else if (c == '&' || c == '<' || c == '>' || c == '"' || (c >= 0 && c < ' ')) {
       out += "&#" + std::to_string(static_cast<int>(c)) + ";";
     } else {
@@ -42,7 +43,8 @@ std::optional<std::string> vtk_xml_note(std::initializer_list<std::span<const Ar
   }
   for (const auto& entry : metadata) look(entry.first);
   if (changed == 0) return std::nullopt;
-  return counted(changed, "name") + " with control characters, which XML does not have: written with U+FFFD";
+  return counted(changed, "name") +
+         " with control characters, which XML does not have: written as their pictures, U+2400 and on";
 }
 
 namespace {

@@ -36,7 +36,8 @@ struct VtkXmlSection {
 };
 
 /// A text as the value of an attribute. Control characters that XML 1.0 has no way to write are replaced by
-/// U+FFFD, as no reader of XML would take the file with them, not even as numbers.
+/// their pictures, U+2400 and on, as no reader of XML would take the file with them, not even as numbers.
+/// Each has its own, so that different names stay different.
 std::string vtk_xml_escaped(std::string_view text);
 /// Says how many of the names are changed by that, if there are any.
 std::optional<std::string> vtk_xml_note(std::initializer_list<std::span<const Array>> arrays,
