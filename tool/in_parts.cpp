@@ -264,8 +264,12 @@ Result<std::optional<InputInParts>> open_in_parts(const CompressOptions& options
   if (bytes < std::min(small_bytes, options.common.memory)) {
     if (cells_of_piece(options.pieces)) return std::nullopt;
     // In memory, cells in no order can be coded in a better one with theirs beside it.
-    const Result<double> bits = incoherence(**mesh);
-    if (options.delay == 0 && (options.any_order || (bits && *bits > 2))) return std::nullopt;
+    // The estimate was 44 to 60 % of all instructions for 30,000 tetrahedra, so it comes last.
+    const auto scattered = [&] {
+      const Result<double> bits = incoherence(**mesh);
+      return bits && *bits > 2;
+    };
+    if (options.delay == 0 && (options.any_order || scattered())) return std::nullopt;
   }
   const uint64_t size = (*source)->size();
   return InputInParts{*std::move(source), *std::move(mesh), size};
