@@ -22,6 +22,7 @@ namespace {
 using namespace maille::testing;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsSupersetOf;
 
 using Metadata = std::vector<std::pair<std::string, std::string>>;
 
@@ -47,6 +48,18 @@ TEST(MeditReader, ReadsWhatMeshioWrote) {
     for (int32_t& reference : expected.arrays[0].values<int32_t>()) reference = 1;
     expect_same_mesh(result->mesh, expected);
   }
+}
+
+TEST(MeditWriter, NamesTagsThatItsReferencesCannotHold) {
+  Mesh mesh = sample_mesh_by_type();
+  mesh.arrays = {make_array("medit:ref", Domain::point, Scalar::u32, 1),
+                 make_array("gmsh:physical", Domain::cell, Scalar::i64, 1)};
+  mesh.arrays[0].resize(mesh.point_count());
+  mesh.arrays[0].values<uint32_t>()[3] = 4'000'000'000;
+  mesh.arrays[1].resize(mesh.cell_count());
+  mesh.arrays[1].values<int64_t>()[2] = int64_t{1} << 31;
+  EXPECT_THAT(write_text(medit_format(), mesh).notes,
+              IsSupersetOf({HasSubstr("medit:ref"), HasSubstr("gmsh:physical")}));
 }
 
 TEST(MeditReader, KeepsCornersRidgesAndTwoDimensions) {

@@ -46,11 +46,10 @@ class LabelList {
     return value;
   }
   Result<> skip() {
-    if (values_ && file_.binary()) {
-      // count_ is no more than the file's size here, so the product does not overflow.
-      file_.jump(file_.position() + count_ * file_.label_bytes());
-      done_ = count_;
-    }
+    // count_ is no more than the file's size where values follow, so the product does not overflow.
+    if (values_ && file_.binary()) file_.jump(file_.position() + count_ * file_.label_bytes());
+    // One value repeated has no bound on its count: there is nothing to go through.
+    if (!values_ || file_.binary()) done_ = count_;
     while (!at_end()) MAILLE_TRY(next());
     return end();
   }

@@ -89,8 +89,8 @@ class FoamCase {
     write_file("neighbour", "labelList", [&](std::ostream& out) { put_list(out, neighbour); });
     write_boundary();
   }
-  void replace(const std::string& name, const std::string& text) {
-    folder_.write(name, "FoamFile{format ascii;class labelList;}\n" + text);
+  void replace(const std::string& name, const std::string& text, const std::string& kind = "labelList") {
+    folder_.write(name, "FoamFile{format ascii;class " + kind + ";}\n" + text);
   }
 
  private:
@@ -311,6 +311,11 @@ TEST(PolyMeshSource, TellsWhatIsWrong) {
   files.replace("faces", "2(4(0 1 2 900) 3(1 2 3))");
   EXPECT_THAT(error(files), ::testing::AnyOf(HasSubstr("point 900"), HasSubstr("owners of")));
   files.replace("faces", "1(900000000000{1})");
+  EXPECT_FALSE(error(files).empty());
+  // A list of equal values may claim any length: nothing goes through it.
+  files.replace("faces", "9223372036854775807{0}\n9223372036854775807{0}", "faceCompactList");
+  EXPECT_FALSE(error(files).empty());
+  files.replace("owner", "9223372036854775806{0}");
   EXPECT_FALSE(error(files).empty());
   files.write({.binary = true});
   std::filesystem::resize_file(files.folder() + "/points", 400);

@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <map>
+#include <type_traits>
+#include <utility>
 
 #include "base/bytes.h"
 #include "io/buffered_writer.h"
@@ -49,6 +51,7 @@ class MeditWriter {
   std::vector<CellType> order_;
   std::map<CellType, std::vector<Cell>> cells_;
   std::vector<int32_t> point_references_, cell_references_;
+  const Array *point_array_ = nullptr, *cell_array_ = nullptr;  ///< where the references come from
   std::vector<std::string> notes_;
 };
 
@@ -80,7 +83,6 @@ void MeditWriter::collect() {
   if (reordered) notes_.push_back("cells were reordered: MEDIT groups them by type");
 }
 
-// References have 32 bits; wider tags are cut.
 std::vector<int32_t> MeditWriter::references_of(const Array& array) const {
   std::vector<int32_t> values(array.count());
   with_type(array.type, [&](auto zero) {
@@ -90,9 +92,19 @@ std::vector<int32_t> MeditWriter::references_of(const Array& array) const {
   return values;
 }
 
+/// References have 32 bits: an array with a larger value is none, and named as left out.
+bool fits_references(const Array& array) {
+  return with_type(array.type, [&](auto zero) {
+    using T = decltype(zero);
+    const auto values = array.values<T>();
+    if constexpr (std::is_integral_v<T>)
+      return std::all_of(values.begin(), values.end(), [](T value) { return std::in_range<int32_t>(value); });
+    return false;
+  });
+}
 bool is_reference(const Array& array) {
-  return array.components == 1 && !is_float(array.type) &&
-         (array.name == medit_reference_name || array.name == "gmsh:physical");
+  return array.components == 1 && (array.name == medit_reference_name || array.name == "gmsh:physical") &&
+         fits_references(array);
 }
 
 // References come from an array of MEDIT's or Gmsh's, or number the names of blocks, in the order of their
@@ -100,9 +112,11 @@ bool is_reference(const Array& array) {
 void MeditWriter::choose_references() {
   for (const Array& array : mesh_.arrays) {
     if (!is_reference(array)) continue;
-    if (array.domain == Domain::point && point_references_.empty()) point_references_ = references_of(array);
-    if (array.domain == Domain::cell && cell_references_.empty()) cell_references_ = references_of(array);
+    if (array.domain == Domain::point && point_array_ == nullptr) point_array_ = &array;
+    if (array.domain == Domain::cell && cell_array_ == nullptr) cell_array_ = &array;
   }
+  if (point_array_ != nullptr) point_references_ = references_of(*point_array_);
+  if (cell_array_ != nullptr) cell_references_ = references_of(*cell_array_);
   point_references_.resize(mesh_.point_count());
   if (!cell_references_.empty()) {
     note_block_names(mesh_, notes_);
@@ -126,7 +140,7 @@ void MeditWriter::choose_references() {
 
 void MeditWriter::note_arrays() {
   for (const Array& array : mesh_.arrays) {
-    if (is_reference(array) && (array.domain == Domain::point || array.domain == Domain::cell)) continue;
+    if (&array == point_array_ || &array == cell_array_) continue;
     if (array.name.starts_with("medit:") && array.type == Scalar::u8) continue;
     note_array(array, notes_);
   }
