@@ -70,7 +70,8 @@ Result<> ScratchFile::write_at(uint64_t offset, Bytes bytes) {
   while (!bytes.empty()) {
     const ssize_t count = ::pwrite(file_.get(), bytes.data(), bytes.size(), static_cast<off_t>(offset));
     if (count < 0 && errno == EINTR) continue;
-    // 0 is an error as well: the bytes left are never none here, so the loop would not end.
+    // 0 is an error as well: the bytes left are never none here, so the loop would not end. It sets no errno.
+    if (count == 0) errno = ENOSPC;
     if (count <= 0) return cannot_write("a temporary file in " + folder_);
     offset += static_cast<uint64_t>(count);
     bytes = bytes.subspan(static_cast<size_t>(count));

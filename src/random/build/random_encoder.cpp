@@ -72,7 +72,12 @@ MeshPart coarse_part(const Chart& chart, std::span<const uint32_t> corners, cons
 }
 
 Result<> check_cells(const Mesh& mesh) {
+  uint64_t corners = 0;
   for (const CellBlock& block : mesh.blocks) {
+    corners += block.connectivity.size();
+    // Charts and seams number corners in 32 bits.
+    if (corners > UINT32_MAX)
+      return failure(ErrorCode::unsupported, "mode \"random\" holds 4,294,967,295 corners at most in memory");
     for (uint64_t i = 0; i < block.size(); ++i) {
       if (dimension_of(block.type_of(i)) < 3) continue;
       return failure(ErrorCode::unsupported,
