@@ -80,7 +80,8 @@ Result<std::vector<Found>> find_inputs(const Batch& batch,
       continue;
     }
     const std::vector<std::string> below = files_below(name, is_wanted);
-    if (below.empty()) return failure(ErrorCode::usage, name + ": there is no such mesh in this folder");
+    if (below.empty())
+      return failure(ErrorCode::usage, name + ": this folder holds no file that the verb takes");
     for (const std::string& path : below) all.push_back({path, fs::path(path).lexically_relative(name)});
   }
   return all;

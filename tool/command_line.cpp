@@ -208,8 +208,25 @@ Result<> check_verb(const Parser& parser, const std::string& word) {
         ErrorCode::usage,
         fmt::format("there is no verb '{}' (did you mean '{}'?); 'maille --help' lists them", word, nearest));
   }
+  if (word.find('.') != std::string::npos) {
+    const char* const verb = word.ends_with(".maille") ? "decompress" : "compress";
+    return failure(
+        ErrorCode::usage,
+        fmt::format("there is no verb '{}'; if it is a file, write 'maille {} {}'", word, verb, word));
+  }
   return failure(ErrorCode::usage,
                  fmt::format("there is no verb '{}'; the verbs are {}", word, fmt::join(verbs, ", ")));
+}
+
+/// Of an option in front of any verb; "--compress" is meant as one.
+std::string about_first_option(const Parser& parser) {
+  const std::string option = parser.app.remaining().front();
+  const std::string word = option.substr(std::min(option.find_first_not_of('-'), option.size()));
+  for (const CLI::App* verb : parser.app.get_subcommands({})) {
+    if (!word.empty() && verb->check_name(word))
+      return fmt::format("there is no option '{}'; write 'maille {}'", option, verb->get_name());
+  }
+  return fmt::format("there is no option '{}' before a verb", option);
 }
 
 std::string help_of(const Parser& parser) {
@@ -225,7 +242,9 @@ std::string help_of(const Parser& parser) {
 std::string missing_argument(const Parser& parser) {
   for (const CLI::App* verb : parser.app.get_subcommands()) {
     for (const CLI::Option* option : verb->get_options()) {
-      if (option->get_required() && option->count() == 0) return entry_of(*option).positional;
+      if (!option->get_required() || option->count() != 0) continue;
+      const OptionEntry entry = entry_of(*option);
+      return entry.positional.empty() ? entry.names.back() + " " + entry.value : entry.positional;
     }
   }
   return "a verb";
@@ -233,6 +252,17 @@ std::string missing_argument(const Parser& parser) {
 
 bool is_effort_like(const std::string& word) {
   return word.size() > 1 && word[0] == '-' && std::isdigit(static_cast<unsigned char>(word[1])) != 0;
+}
+
+/// A level of several digits as the user wrote it: CLI11 takes "-12" for "-1 -2". Behind an option it is a
+/// value.
+std::string long_level(int argc, const char* const* argv) {
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    const bool digits = word.size() > 2 && word.find_first_not_of("0123456789", 1) == std::string::npos;
+    if (word[0] == '-' && digits && argv[i - 1][0] != '-') return word;
+  }
+  return "";
 }
 
 // "-0" is no option, so CLI11 takes it for a negative number and thus for a name.
@@ -273,6 +303,23 @@ std::string about_missing_value(const CLI::App& app, const std::string& message)
   const int values = option == nullptr ? 1 : option->get_expected_min();
   return values <= 1 ? name + " needs a value"
                      : fmt::format("{} needs {} numbers, separated by commas", name, values);
+}
+
+/// `message`: "--threads: Value many not in range 0 to 1024" or "Could not convert: --triangles = few".
+std::string about_bad_value(const std::string& message) {
+  const std::string value = ": Value ", range = " not in range ", convert = "Could not convert: ";
+  const size_t at = message.find(value), behind = message.rfind(range);
+  if (at != std::string::npos && behind != std::string::npos) {
+    const std::string bounds = message.substr(behind + range.size()), option = message.substr(0, at);
+    return fmt::format("{}: '{}' is no number from {}", option,
+                       message.substr(at + value.size(), behind - at - value.size()), bounds);
+  }
+  const size_t equals = message.find(" = ");
+  if (message.starts_with(convert) && equals != std::string::npos) {
+    return fmt::format("{}: '{}' is not a number", message.substr(convert.size(), equals - convert.size()),
+                       message.substr(equals + 3));
+  }
+  return message;
 }
 
 std::string about_extras(const CLI::App& verb) {
@@ -316,7 +363,8 @@ Result<Command> parse_command_line(int argc, const char* const* argv) {
     parser.app.parse(words);
     const auto parsed = parser.app.get_subcommands();
     if (parsed.empty()) return failure(ErrorCode::usage, "no verb given; 'maille --help' lists them");
-    const std::string misread = misread_option(*parsed.front());
+    const std::string level = parser.raw.effort.empty() ? "" : long_level(argc, argv);
+    const std::string misread = level.empty() ? misread_option(*parsed.front()) : level;
     if (!misread.empty()) return usage_failure(parser, about_unknown_option(*parsed.front(), misread));
     if (parser.raw.effort.size() > 1)
       return usage_failure(parser, "several levels given; give one of -1 to -9");
@@ -328,9 +376,7 @@ Result<Command> parse_command_line(int argc, const char* const* argv) {
         fmt::format("maille {} (file format {}.{})\n", library_version(), format_major, format_minor)};
   } catch (const CLI::ExtrasError&) {
     const auto parsed = parser.app.get_subcommands();
-    if (parsed.empty())
-      return usage_failure(parser,
-                           fmt::format("there is no option '{}'", fmt::join(parser.app.remaining(), " ")));
+    if (parsed.empty()) return usage_failure(parser, about_first_option(parser));
     const CLI::App& verb = *parsed.front();
     const std::string misread = misread_option(verb);
     return usage_failure(parser, misread.empty() ? about_extras(verb) : about_unknown_option(verb, misread));
@@ -339,7 +385,7 @@ Result<Command> parse_command_line(int argc, const char* const* argv) {
   } catch (const CLI::ArgumentMismatch& error) {
     return usage_failure(parser, about_missing_value(parser.app, error.what()));
   } catch (const CLI::ParseError& error) {
-    return usage_failure(parser, error.what());
+    return usage_failure(parser, about_bad_value(error.what()));
   }
 }
 

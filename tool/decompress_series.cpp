@@ -46,12 +46,17 @@ Result<std::vector<TimeOfFile>> times_of_file(const DecompressOptions& options, 
   return times;
 }
 
-Result<uint64_t> write_file(const DecompressOptions& options, const Mesh& mesh, const std::string& path) {
+/// `said`: notes of the files before, which are mostly the same for every time.
+Result<uint64_t> write_file(const DecompressOptions& options, const Mesh& mesh, const std::string& path,
+                            std::vector<std::string>& said) {
   const auto file = TOOL_TRY(open_output({path, options.input, options.force, true, false}));
   CountingSink sink(*file);
-  const auto notes = TOOL_TRY(write_mesh(mesh, sink, {.format = "vtu", .ascii = options.ascii}));
+  auto notes = TOOL_TRY(write_mesh(mesh, sink, {.format = "vtu", .ascii = options.ascii}));
   TOOL_CHECK(sink.commit());
+  std::erase_if(notes,
+                [&](const auto& note) { return std::find(said.begin(), said.end(), note) != said.end(); });
   say_notes(path, notes, options.common.quiet);
+  said.insert(said.end(), notes.begin(), notes.end());
   return sink.count();
 }
 
@@ -95,11 +100,12 @@ Result<int> decompress_series(const DecompressOptions& options) {
     TOOL_CHECK(check_output({path, options.input, options.force, true, false}));
   }
   const std::string folder = stem.substr(0, stem.rfind('/') + 1);
+  std::vector<std::string> said;
   uint64_t bytes = 0, cells = mesh.cell_count(), points = mesh.point_count();
   for (size_t i = 0; i < times.size(); ++i) {
     auto written = [&]() -> Result<uint64_t> {
       if (times[i].step > 0) mesh = TOOL_TRY(decode_time(options, *input.source, times[i].step));
-      return write_file(options, mesh, folder + times[i].name);
+      return write_file(options, mesh, folder + times[i].name, said);
     }();
     if (written) {
       bytes += *written;

@@ -299,6 +299,8 @@ Result<std::string> output_format(const std::string& path, const std::string& fo
                     "`maille convert` writes maille, too",
                     path, extension, known));
   }
+  if (path != "-" && is_folder(path))
+    return failure(ErrorCode::usage, path + ": this is a folder; name a file in it");
   return failure(ErrorCode::usage, fmt::format("{}: its name does not say which format to write; use "
                                                "--output-format",
                                                output_name(path)));

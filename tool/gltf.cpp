@@ -197,7 +197,8 @@ Result<int> info_of_gltf(const InfoOptions& options, const Input& input) {
 
 Result<> show_scene(Mesh& mesh, const std::string& format, bool as_stored, std::vector<std::string>& notes) {
   // These keep the scene's transforms as they are; other formats have no place for them, so they are applied.
-  if (as_stored || format == "glb" || format == "gltf" || format == "maille") return {};
+  // These hold scenes themselves.
+  if (as_stored || format == "glb" || format == "gltf" || format == "3mf" || format == "maille") return {};
   if (auto scene = TOOL_TRY(mesh_in_scene(mesh, notes))) mesh = *std::move(scene);
   return {};
 }

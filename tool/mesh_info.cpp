@@ -106,9 +106,7 @@ std::string metadata_text(const Mesh& mesh) {
   std::string text;
   for (size_t i = 0; i < std::min(mesh.metadata.size(), most_lines); ++i) {
     const auto& [key, value] = mesh.metadata[i];
-    const auto lines = std::count(value.begin(), value.end(), '\n');
-    text +=
-        lines == 0 ? fmt::format("{}: {}\n", key, value) : fmt::format("{}: {} lines of text\n", key, lines);
+    text += metadata_line(key, value);
   }
   if (mesh.metadata.size() > most_lines)
     text += fmt::format("metadata: {} more\n", mesh.metadata.size() - most_lines);

@@ -293,12 +293,7 @@ std::string info_text(const FileInfo& info, const std::string& name, const std::
   }
   for (const auto& [block, cells] : info.blocks)
     text += fmt::format("block:   {}: {}\n", block, counted(cells, word));
-  for (const auto& [key, value] : info.metadata) {
-    // Whole files of OpenFOAM; --json shows them.
-    const auto lines = std::count(value.begin(), value.end(), '\n');
-    text +=
-        lines == 0 ? fmt::format("{}: {}\n", key, value) : fmt::format("{}: {} lines of text\n", key, lines);
-  }
+  for (const auto& [key, value] : info.metadata) text += metadata_line(key, value);
   if (!info.provenance.empty()) text += fmt::format("written by: {}\n", info.provenance);
   std::vector<std::string> head = {"array",    "domain",      "type",         "role",
                                    "elements", "coded bytes", "bits/element", "bound"};
@@ -308,7 +303,10 @@ std::string info_text(const FileInfo& info, const std::string& name, const std::
     head.push_back("range");
   }
   Table table(head, 4, with_ranges);
-  add_row(table, info.connectivity, with_ranges);
+  ArrayInfo cells = info.connectivity;  // a row for cells, as compress has it, instead of corners
+  cells.domain = Domain::cell;
+  cells.count = info.cells;
+  add_row(table, cells, with_ranges);
   add_row(table, info.positions, with_ranges);
   for (const ArrayInfo& array : info.arrays) add_row(table, array, with_ranges);
   text += table.str();

@@ -101,6 +101,17 @@ std::string number(double value) {
   return fmt::format("{:.6g}", value);
 }
 
+std::string metadata_line(std::string_view key, std::string_view value) {
+  // Chosen, not swept: with the key about what fits into a line of 120 characters.
+  constexpr size_t front = 90;
+  const auto lines = std::count(value.begin(), value.end(), '\n');
+  if (lines > 0) return fmt::format("{}: {} lines of text\n", key, lines);
+  if (value.size() <= front + 20) return fmt::format("{}: {}\n", key, value);
+  size_t end = front;
+  while (end > 0 && (static_cast<unsigned char>(value[end]) & 0xc0) == 0x80) --end;  // not inside a character
+  return fmt::format("{}: {}... ({} characters)\n", key, value.substr(0, end), value.size());
+}
+
 std::string quotient(double part, double whole) {
   return whole == 0 ? "-" : fmt::format("{:.2f}", part / whole);
 }

@@ -55,6 +55,9 @@ std::optional<T> parse_number(std::string_view text) {
   if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
   return value;
 }
+/// "key: value" and a line end. Of values of several lines only their number, of long ones the front: whole
+/// files of OpenFOAM and scenes of glTF are such, and --json has them all.
+std::string metadata_line(std::string_view key, std::string_view value);
 /// part / whole with two decimals, "-" when whole is 0.
 std::string quotient(double part, double whole);
 /// "f32 x 3".

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <limits>
 #include <span>
@@ -30,6 +31,15 @@ std::string hint_at_number(const std::string& text) {
   std::replace(with_point.begin(), with_point.end(), ',', '.');
   if (with_point != text && parse_number<double>(with_point)) return fmt::format("; write {}", with_point);
   if (text.ends_with('%')) return "; only --error, --rel-error and --pw-rel-error take percentages";
+  if (text.find('=') == std::string::npos && text.find_first_of("0123456789") == std::string::npos)
+    return "; write a number, or NAME= and a number for an array";
+  // "0.1mm"
+  const size_t unit = std::min(text.find_first_not_of("0123456789."), text.size());
+  const std::string digits = text.substr(0, unit);
+  const bool letters = std::all_of(text.begin() + static_cast<std::ptrdiff_t>(unit), text.end(),
+                                   [](unsigned char c) { return std::isalpha(c) != 0; });
+  if (letters && parse_number<double>(digits))
+    return fmt::format("; numbers have no unit: {} counts as the file does", digits);
   return "";
 }
 
@@ -224,12 +234,16 @@ double diagonal_of(const Mesh& mesh) {
 std::optional<std::string> note_of_size(const Tolerances& tolerances, const Mesh& mesh) {
   // Chosen, not swept: an error of a hundredth is plain to see.
   constexpr double much = 0.01;  // of the diagonal
-  if (!tolerances.positions || tolerances.positions->kind != Tolerance::Kind::absolute) return {};
-  const double diagonal = diagonal_of(mesh), error = tolerances.positions->value;
+  using Kind = Tolerance::Kind;
+  if (!tolerances.positions) return {};
+  const auto [kind, value] = *tolerances.positions;
+  const double diagonal = diagonal_of(mesh), error = kind == Kind::relative ? value * diagonal : value;
+  // Whoever gives a fraction below 1 knows what it is of the mesh.
+  if ((kind != Kind::absolute && kind != Kind::relative) || (kind == Kind::relative && value < 1)) return {};
   if (!(diagonal > 0) || error < much * diagonal) return {};
   if (error >= diagonal) {
     return fmt::format(
-        "an error of {:g} is more than the size of the mesh, whose box has a diagonal of {:.4g}", error,
+        "an error of {:g} is no less than the size of the mesh, whose box has a diagonal of {:.4g}", error,
         diagonal);
   }
   return fmt::format(

@@ -36,6 +36,7 @@ const Format& exodus_format();
 const Format& vtkhdf_format();
 const Format& b3dm_format();
 const Format& mz3_format();
+const Format& threemf_format();
 const Format& ensight_format();
 
 }  // namespace maille

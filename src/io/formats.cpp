@@ -15,11 +15,11 @@ namespace {
 /// In the order in which first bytes are tried: clear signatures first, then those that guess from text (OFF,
 /// STL, OBJ), whose `recognise` would also take files of others.
 std::vector<const Format*> all_formats() {
-  return {&ply_format(),  &glb_format(),        &gltf_format(),     &vrml_format(),   &vtp_format(),
-          &vtu_format(),  &vtk_legacy_format(), &medit_format(),    &meditb_format(), &gmsh_format(),
-          &su2_format(),  &hedra_format(),      &polymesh_format(), &exodus_format(), &vtkhdf_format(),
-          &b3dm_format(), &mz3_format(),        &ensight_format(),  &off_format(),    &stl_format(),
-          &obj_format()};
+  return {&ply_format(),  &glb_format(),        &gltf_format(),     &vrml_format(),    &vtp_format(),
+          &vtu_format(),  &vtk_legacy_format(), &medit_format(),    &meditb_format(),  &gmsh_format(),
+          &su2_format(),  &hedra_format(),      &polymesh_format(), &exodus_format(),  &vtkhdf_format(),
+          &b3dm_format(), &mz3_format(),        &threemf_format(),  &ensight_format(), &off_format(),
+          &stl_format(),  &obj_format()};
 }
 
 std::string lower(std::string text) {

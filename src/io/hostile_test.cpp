@@ -60,8 +60,8 @@ std::vector<Sample> samples(uint64_t seed) {
   std::vector<Sample> list;
   const Mesh volume = testing::random_volume(seed);
   for (const char* format :
-       {"ply", "obj", "off", "stl", "vtu", "vtk", "mesh", "meshb", "msh", "su2", "hedra"}) {
-    static constexpr std::string_view of_surfaces[] = {"ply", "obj", "off", "stl"};
+       {"ply", "obj", "off", "stl", "3mf", "vtu", "vtk", "mesh", "meshb", "msh", "su2", "hedra"}) {
+    static constexpr std::string_view of_surfaces[] = {"ply", "obj", "off", "stl", "3mf"};
     const bool surface =
         std::find(std::begin(of_surfaces), std::end(of_surfaces), format) != std::end(of_surfaces);
     for (const bool ascii : {false, true}) {

@@ -47,7 +47,23 @@ void note_nan_payloads(const Mesh& mesh, std::vector<std::string>& notes) {
 }
 
 void note_array(const Array& array, std::vector<std::string>& notes) {
-  notes.push_back("array \"" + array.name + "\" on " + name_of(array.domain) + "s left out");
+  const bool whole = array.domain == Domain::mesh;
+  const std::string end =
+      (whole ? " of the mesh" : std::string(" on ") + name_of(array.domain) + "s") + " left out";
+  const std::string name = '"' + array.name + '"';
+  for (std::string& note : notes) {
+    if (!note.starts_with("array") || !note.ends_with(end)) continue;
+    std::string list = note.substr(note.find(' '), note.size() - note.find(' ') - end.size());
+    // Chosen, not swept: about ten names; files of scanners have hundreds of arrays.
+    if (list.size() < 200) {
+      list += ", " + name;
+    } else if (!list.ends_with("...")) {
+      list += " ...";
+    }
+    note = "arrays" + list + end;
+    return;
+  }
+  notes.push_back("array " + name + end);
 }
 
 void note_metadata(const std::string& key, std::vector<std::string>& notes) {
@@ -56,7 +72,7 @@ void note_metadata(const std::string& key, std::vector<std::string>& notes) {
   // What readers keep for their own writers (versions, comments, kinds of cells) means nothing to other
   // formats, and a note about it would be noise.
   for (const char* own : {"ply", "obj", "off", "stl", "gltf", "vrml", "vtp", "vtk", "medit", "gmsh", "su2",
-                          "exodus", "mz3", "b3dm", "ensight"}) {
+                          "exodus", "mz3", "b3dm", "ensight", "3mf"}) {
     if (dot != std::string::npos && format == own) return;
   }
   note_once("metadata \"" + key + "\" left out", notes);

@@ -393,9 +393,10 @@ Result<ReadResult> read_case(const std::string& case_folder, const std::optional
   }
   std::vector<FoamPart> processors = MAILLE_TRY(foam_processors_of(case_folder));
   if (processors.empty()) {
-    return failure(
-        ErrorCode::cannot_read,
-        "cannot read " + case_folder + ": there is no mesh of OpenFOAM (constant/polyMesh) in this folder");
+    return failure(ErrorCode::cannot_read, "cannot read " + case_folder +
+                                               ": there is no mesh of OpenFOAM (constant/polyMesh) in this "
+                                               "folder; of other meshes name the files (the "
+                                               "command: compress -r takes all)");
   }
   PolyMeshReader reader(case_folder, std::move(processors), options);
   return time ? reader.read_with_fields(case_folder, *time) : reader.read();

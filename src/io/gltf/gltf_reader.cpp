@@ -61,6 +61,7 @@ class GltfReader {
   Result<std::vector<uint32_t>> read_indices(const Part& part);
   Result<> read_materials();
   void note_partial_arrays();
+  uint64_t node_names_lost() const;
   void keep_metadata();
   tl::unexpected<Error> malformed(const std::string& what) const { return accessors_.malformed(what); }
 
@@ -431,11 +432,24 @@ void GltfReader::note_partial_arrays() {
       if (has) blocks.push_back(p);
     }
     if (blocks.size() == parts_.size()) continue;
-    notes_.push_back("array \"" + name + "\" is there for " + std::to_string(blocks.size()) + " of " +
-                     std::to_string(parts_.size()) + " primitives, zero for the others");
+    notes_.push_back(std::to_string(blocks.size()) + " of " + std::to_string(parts_.size()) +
+                     " primitives have the array \"" + name +
+                     "\"; the others have zeros here, and none in glTF");
     only[name] = std::move(blocks);
   }
   if (!only.empty()) mesh_.metadata.emplace_back("gltf.only", only.dump());
+}
+
+/// Where nodes are not kept: names that are not those of their meshes, as blocks have these.
+uint64_t GltfReader::node_names_lost() const {
+  uint64_t lost = 0;
+  for (size_t i = 0; !moved_ && i < model_.nodes.size(); ++i) {
+    const tinygltf::Node& node = model_.nodes[i];
+    const bool of_mesh = node.mesh >= 0 && static_cast<size_t>(node.mesh) < model_.meshes.size() &&
+                         model_.meshes[static_cast<size_t>(node.mesh)].name == node.name;
+    lost += visited_[i] && !node.name.empty() && !of_mesh ? 1 : 0;
+  }
+  return lost;
 }
 
 void GltfReader::keep_metadata() {
@@ -452,8 +466,20 @@ void GltfReader::keep_metadata() {
     mesh_.metadata.emplace_back("gltf.meshes", meshes.dump());
   }
   std::string left_out = file_.left_out;
-  if (!file_.materials.empty())
-    left_out += (left_out.empty() ? "" : ", ") + std::string("all of materials but their names");
+  const auto add = [&](const std::string& what) { left_out += (left_out.empty() ? "" : ", ") + what; };
+  if (!file_.materials.empty()) add("all of materials but their names");
+  if (const uint64_t names = node_names_lost(); names != 0) add("the names of " + counted(names, "node"));
+  if (!model_.scenes.empty() &&
+      !model_.scenes[static_cast<size_t>(std::max(model_.defaultScene, 0))].name.empty())
+    add("the name of the scene");
+  std::set<std::string> extensions;
+  for (const Part& part : parts_) {
+    for (const auto& [name, value] : part.primitive->extensions) {
+      if (!name.starts_with("MAILLE_")) extensions.insert(name);  // ours is decoded
+    }
+  }
+  if (!extensions.empty())
+    add(counted(extensions.size(), "extension") + " of primitives, such as " + *extensions.begin());
   if (!left_out.empty()) notes_.push_back("not part of the mesh, left out: " + left_out);
 }
 

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "io/gltf/gltf_scene.h"
 #include "io/gltf/gltf_writer.h"
 #include "io/reading.h"
 #include "numbers/number_map.h"
@@ -13,33 +14,6 @@ namespace maille {
 namespace {
 
 using json = nlohmann::ordered_json;
-
-/// The upper three rows of an affine map; [row][column], the last column moves. In doubles: chains of nodes
-/// multiply.
-struct Affine {
-  std::array<std::array<double, 4>, 3> m = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
-
-  Affine operator*(const Affine& inner) const {
-    Affine product;
-    for (size_t i = 0; i < 3; ++i) {
-      for (size_t k = 0; k < 4; ++k) {
-        product.m[i][k] = k == 3 ? m[i][3] : 0;
-        for (size_t j = 0; j < 3; ++j) product.m[i][k] += m[i][j] * inner.m[j][k];
-      }
-    }
-    return product;
-  }
-  bool is_identity() const { return m == Affine().m; }
-  double determinant() const {
-    return m[0][0] * cofactor(0, 0) + m[0][1] * cofactor(0, 1) + m[0][2] * cofactor(0, 2);
-  }
-  /// Cofactors turn normals as the inverse transposed does, up to their length and the determinant's sign:
-  /// the inverse transposed is the matrix of cofactors divided by the determinant, which may be 0.
-  double cofactor(size_t i, size_t k) const {
-    const size_t i1 = (i + 1) % 3, i2 = (i + 2) % 3, k1 = (k + 1) % 3, k2 = (k + 2) % 3;
-    return m[i1][k1] * m[i2][k2] - m[i1][k2] * m[i2][k1];
-  }
-};
 
 /// So many numbers of a member, or the others where there are none or something else.
 template <size_t size>
@@ -53,8 +27,8 @@ std::array<double, size> numbers_of(const json& node, const char* key, std::arra
   return others;
 }
 
-Affine transform_of(const json& node) {
-  Affine affine;
+GltfAffine transform_of(const json& node) {
+  GltfAffine affine;
   if (node.contains("matrix")) {  // column after column
     const auto m = numbers_of<16>(node, "matrix", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1});
     for (size_t i = 0; i < 3; ++i) {
@@ -76,13 +50,6 @@ Affine transform_of(const json& node) {
   return affine;
 }
 
-/// A mesh of the asset at one place of the scene.
-struct Instance {
-  size_t mesh = 0;
-  Affine transform;
-  std::string name;  ///< of the node
-};
-
 std::vector<size_t> indices_of(const json& list, size_t limit) {
   std::vector<size_t> indices;
   if (!list.is_array()) return indices;
@@ -93,11 +60,11 @@ std::vector<size_t> indices_of(const json& list, size_t limit) {
 }
 
 /// Instances in the order of the tree; each node once, whatever the file says, so cycles end.
-std::vector<Instance> instances_of(const json& nodes, const json& roots, size_t meshes) {
-  std::vector<Instance> instances;
+std::vector<GltfInstance> instances_of(const json& nodes, const json& roots, size_t meshes) {
+  std::vector<GltfInstance> instances;
   std::vector<bool> visited(nodes.size());
-  std::vector<std::pair<size_t, Affine>> open;
-  const auto push = [&](const std::vector<size_t>& children, const Affine& parent) {
+  std::vector<std::pair<size_t, GltfAffine>> open;
+  const auto push = [&](const std::vector<size_t>& children, const GltfAffine& parent) {
     for (auto child = children.rbegin(); child != children.rend(); ++child) open.emplace_back(*child, parent);
   };
   push(indices_of(roots, nodes.size()), {});
@@ -107,14 +74,14 @@ std::vector<Instance> instances_of(const json& nodes, const json& roots, size_t 
     const json& node = nodes[number];
     if (visited[number] || !node.is_object()) continue;
     visited[number] = true;
-    const Affine here = parent * transform_of(node);
+    const GltfAffine here = parent * transform_of(node);
     if (node.contains("children")) push(indices_of(node["children"], nodes.size()), here);
     if (!node.contains("mesh") || !node["mesh"].is_number_unsigned()) continue;
     const auto mesh = node["mesh"].get<uint64_t>();
     if (mesh >= meshes) continue;
     const bool named = node.contains("name") && node["name"].is_string();
     // Joints move a skinned mesh, whatever its own node says (glTF 2.0, 3.7.3.2).
-    instances.push_back({static_cast<size_t>(mesh), node.contains("skin") ? Affine() : here,
+    instances.push_back({static_cast<size_t>(mesh), node.contains("skin") ? GltfAffine() : here,
                          named ? node["name"].get<std::string>() : ""});
   }
   return instances;
@@ -124,7 +91,7 @@ std::vector<Instance> instances_of(const json& nodes, const json& roots, size_t 
 /// as they are applied.
 class SceneMaker {
  public:
-  SceneMaker(const Mesh& mesh, std::vector<std::vector<size_t>> blocks, std::vector<Instance> instances)
+  SceneMaker(const Mesh& mesh, std::vector<std::vector<size_t>> blocks, std::vector<GltfInstance> instances)
       : mesh_(mesh), blocks_(std::move(blocks)), instances_(std::move(instances)) {}
 
   Result<std::optional<Mesh>> make(std::vector<std::string>& notes);
@@ -132,14 +99,14 @@ class SceneMaker {
  private:
   bool changes_nothing() const;
   void begin();
-  void add(const Instance& instance, size_t uses);
-  void add_block(const Instance& instance, size_t block, const std::string& name);
-  void add_point(uint32_t point, const Affine& transform);
-  void put(size_t array, uint64_t tuple, const Affine& transform);
+  void add(const GltfInstance& instance, size_t uses);
+  void add_block(const GltfInstance& instance, size_t block, const std::string& name);
+  void add_point(uint32_t point, const GltfAffine& transform);
+  void put(size_t array, uint64_t tuple, const GltfAffine& transform);
 
   const Mesh& mesh_;
   std::vector<std::vector<size_t>> blocks_;  ///< by mesh of the asset
-  std::vector<Instance> instances_;
+  std::vector<GltfInstance> instances_;
   Mesh scene_;
   std::vector<uint64_t> first_cell_, first_corner_;  ///< of the blocks of mesh_
   std::vector<uint32_t> new_point_;
@@ -148,7 +115,7 @@ class SceneMaker {
 
 bool SceneMaker::changes_nothing() const {
   const bool still = std::all_of(instances_.begin(), instances_.end(),
-                                 [](const Instance& one) { return one.transform.is_identity(); });
+                                 [](const GltfInstance& one) { return one.transform.is_identity(); });
   return still && instances_.size() == blocks_.size();
 }
 
@@ -193,7 +160,7 @@ double component(const Array& array, uint64_t tuple, size_t k, bool normalized) 
 
 /// Copies a tuple. Normals and tangents turn with the mesh and keep their length; all else stays, the fourth
 /// component of tangents, too.
-void SceneMaker::put(size_t a, uint64_t tuple, const Affine& transform) {
+void SceneMaker::put(size_t a, uint64_t tuple, const GltfAffine& transform) {
   const Array& from = mesh_.arrays[a];
   Array& to = scene_.arrays[a];
   const bool turns = (from.role == Role::normal || from.role == Role::tangent) && is_float(from.type) &&
@@ -218,7 +185,7 @@ void SceneMaker::put(size_t a, uint64_t tuple, const Affine& transform) {
   std::copy(three.begin(), three.end(), to.bytes.begin() + static_cast<ptrdiff_t>(first));
 }
 
-void SceneMaker::add_point(uint32_t point, const Affine& transform) {
+void SceneMaker::add_point(uint32_t point, const GltfAffine& transform) {
   // Bit for bit where nothing moves.
   if (transform.is_identity() && scene_.points.type == mesh_.points.type) {
     const auto* bytes = mesh_.points.bytes.data() + point * mesh_.points.tuple_size();
@@ -237,7 +204,7 @@ void SceneMaker::add_point(uint32_t point, const Affine& transform) {
   }
 }
 
-void SceneMaker::add_block(const Instance& instance, size_t b, const std::string& name) {
+void SceneMaker::add_block(const GltfInstance& instance, size_t b, const std::string& name) {
   const CellBlock& from = mesh_.blocks[b];
   CellBlock block = from;
   block.name = name;
@@ -262,7 +229,7 @@ void SceneMaker::add_block(const Instance& instance, size_t b, const std::string
   scene_.blocks.push_back(std::move(block));
 }
 
-void SceneMaker::add(const Instance& instance, size_t uses) {
+void SceneMaker::add(const GltfInstance& instance, size_t uses) {
   const std::vector<size_t>& blocks = blocks_[instance.mesh];
   std::vector<uint32_t> points;
   for (const size_t b : blocks)
@@ -285,7 +252,7 @@ Result<std::optional<Mesh>> SceneMaker::make(std::vector<std::string>& notes) {
   if (instances_.empty() || changes_nothing()) return std::nullopt;
   std::vector<size_t> uses(blocks_.size());
   uint64_t corners = 0;
-  for (const Instance& instance : instances_) {
+  for (const GltfInstance& instance : instances_) {
     ++uses[instance.mesh];
     for (const size_t b : blocks_[instance.mesh]) corners += mesh_.blocks[b].connectivity.size();
   }
@@ -299,7 +266,7 @@ Result<std::optional<Mesh>> SceneMaker::make(std::vector<std::string>& notes) {
   }
   begin();
   new_point_.resize(mesh_.point_count());
-  for (const Instance& instance : instances_) add(instance, uses[instance.mesh]);
+  for (const GltfInstance& instance : instances_) add(instance, uses[instance.mesh]);
   notes.push_back(
       counted(instances_.size(), "node") +
       " of the glTF scene applied to positions, normals and tangents; --as-stored leaves them out");
@@ -308,23 +275,30 @@ Result<std::optional<Mesh>> SceneMaker::make(std::vector<std::string>& notes) {
 
 }  // namespace
 
-Result<std::optional<Mesh>> mesh_in_scene(const Mesh& mesh, std::vector<std::string>& notes) {
+std::optional<GltfScene> gltf_scene_of(const Mesh& mesh) {
   const json nodes = gltf_metadata(mesh, "gltf.nodes"), roots = gltf_metadata(mesh, "gltf.scene"),
              meshes = gltf_metadata(mesh, "gltf.meshes");
   if (!nodes.is_array() || !roots.is_array() || !meshes.is_array()) return std::nullopt;
-  std::vector<std::vector<size_t>> blocks;
+  GltfScene scene;
   size_t count = 0;
   for (const json& list : meshes) {
-    blocks.push_back(indices_of(list, mesh.blocks.size()));
+    scene.meshes.push_back(indices_of(list, mesh.blocks.size()));
     // Metadata of another mesh than this one, such as a part that was cut out of it.
-    if (blocks.back().size() != list.size()) return std::nullopt;
-    count += blocks.back().size();
+    if (scene.meshes.back().size() != list.size()) return std::nullopt;
+    count += scene.meshes.back().size();
   }
+  if (count != mesh.blocks.size()) return std::nullopt;
+  scene.instances = instances_of(nodes, roots, meshes.size());
+  return scene;
+}
+
+Result<std::optional<Mesh>> mesh_in_scene(const Mesh& mesh, std::vector<std::string>& notes) {
+  auto scene = gltf_scene_of(mesh);
   const bool plain = std::all_of(mesh.blocks.begin(), mesh.blocks.end(), [](const CellBlock& block) {
     return block.type != CellType::mixed && dimension_of(block.type) < 3;
   });
-  if (count != mesh.blocks.size() || !plain || mesh.points.components != 3) return std::nullopt;
-  return SceneMaker(mesh, std::move(blocks), instances_of(nodes, roots, meshes.size())).make(notes);
+  if (!scene || !plain || mesh.points.components != 3) return std::nullopt;
+  return SceneMaker(mesh, std::move(scene->meshes), std::move(scene->instances)).make(notes);
 }
 
 }  // namespace maille

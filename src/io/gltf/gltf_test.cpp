@@ -194,7 +194,7 @@ TEST(GltfReader, PrimitivesShareOrAppendPointsAndBecomeNamedBlocks) {
   const auto q = mesh.find("Q", Domain::point)->values<uint16_t>();
   EXPECT_EQ(std::vector<uint16_t>(q.begin(), q.end()), (std::vector<uint16_t>{1, 2, 3, 65535, 0, 0, 0, 0}));
   EXPECT_EQ(mesh.metadata.back(), (std::pair<std::string, std::string>("gltf.only", R"({"Q":[0]})")));
-  EXPECT_TRUE(has_note(result->notes, "array \"Q\" is there for 1 of 3 primitives"));
+  EXPECT_TRUE(has_note(result->notes, "1 of 3 primitives have the array \"Q\""));
   EXPECT_TRUE(has_note(result->notes, "1 texture"));
 }
 
@@ -565,6 +565,23 @@ TEST(GltfReader, ReadsRealFilesAndTheirCopies) {
     std::erase_if(back.metadata, [](const auto& pair) { return pair.first == "gltf.asset"; });
     expect_same_mesh(back, mesh);
   }
+}
+
+TEST(GltfReader, NamesWhatOnlyGltfHas) {
+  const std::string zeros(48, 'A');  // 36 bytes in base64
+  const auto result = read_text(
+      gltf_format(),
+      R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"name":"stage","nodes":[0]}],"extensionsUsed":["ACME_x"],
+        "nodes":[{"name":"holder","mesh":0}],"meshes":[{"name":"leaf","primitives":[
+        {"attributes":{"POSITION":0},"extensions":{"ACME_x":{"a":1}}}]}],
+        "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],
+        "bufferViews":[{"buffer":0,"byteLength":36}],
+        "buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,)" +
+          zeros + R"("}]})");
+  ASSERT_TRUE(result) << result.error().message;
+  EXPECT_TRUE(
+      has_note(result->notes,
+               "the names of 1 node, the name of the scene, 1 extension of primitives, such as ACME_x"));
 }
 
 }  // namespace
