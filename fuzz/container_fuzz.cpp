@@ -35,7 +35,7 @@ void read_all(const Source& source) {
   uint64_t end = file_header_bytes;
   for (const ChunkRecord& record : reader->records()) {
     require(record.offset >= end);  // chunks never overlap
-    end = record.offset + chunk_total_bytes(record.header);
+    end = reader->content_offset(record) + record.header.size;
     require(end <= source.size());
     if (record.header.part() != 0) continue;
     StreamKey key = {"", record.header.patch, record.header.number};

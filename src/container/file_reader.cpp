@@ -5,6 +5,7 @@
 
 #include "base/result.h"
 #include "container/chunk_finder.h"
+#include "container/packed_file.h"
 
 namespace maille {
 namespace {
@@ -61,7 +62,8 @@ Result<FileReader> FileReader::open_once(const Source& source,
   const auto size = static_cast<size_t>(std::min<uint64_t>(source.size(), file_header_bytes));
   const std::vector<std::byte> first_bytes = MAILLE_TRY(read_part(source, 0, size));
   reader.header_ = MAILLE_TRY(read_file_header(first_bytes, source.name()));
-  MAILLE_CHECK(reader.find_chunks(first_bytes));
+  const bool packed = (reader.header_.required_features & packed_feature) != 0;
+  MAILLE_CHECK(packed ? reader.read_packed() : reader.find_chunks(first_bytes));
   MAILLE_CHECK(reader.check_types(known_types));
   reader.sort_streams();
   reader.check_parts();
@@ -109,6 +111,20 @@ Result<> FileReader::find_chunks(Bytes file_header) {
   } else if (footer && !complete_)
     problems.add("chunks are missing, damaged or not of this file (digest mismatch)");
   problems_ = problems.sentences();
+  return {};
+}
+
+/// All of the file at once, so that damage is known as soon as it is open.
+Result<> FileReader::read_packed() {
+  end_ = source_->size();
+  if (end_ > most_packed_bytes) {
+    return failure(ErrorCode::corrupt, source_->name() + ": damaged: it is larger than a packed file may be");
+  }
+  packed_ = MAILLE_TRY(read_part(*source_, 0, static_cast<size_t>(end_)));
+  Problems problems;
+  records_ = find_packed(packed_, problems);
+  problems_ = problems.sentences();
+  complete_ = problems_.empty();
   return {};
 }
 
@@ -204,7 +220,14 @@ uint64_t FileReader::stream_bytes(const StreamKey& key) const {
   return bytes;
 }
 
+uint64_t FileReader::content_offset(const ChunkRecord& record) const {
+  if (!packed_.empty()) return record.offset;
+  return record.offset + chunk_total_bytes(record.header) - record.header.size - chunk_checksum_bytes;
+}
+
 Result<Bytes> FileReader::read_content(SourceWindow& window, const ChunkRecord& record) const {
+  if (!packed_.empty())
+    return Bytes(packed_).subspan(static_cast<size_t>(content_offset(record)), record.header.size);
   const auto size = static_cast<size_t>(chunk_total_bytes(record.header));
   for (bool first = true;; first = false) {
     const Bytes chunk = MAILLE_TRY(window.at(record.offset, size));
@@ -246,8 +269,7 @@ Result<std::vector<std::byte>> FileReader::read_unchecked(const StreamKey& key) 
   std::vector<std::byte> stream;
   for (const size_t i : parts_of(key)) {
     const ChunkRecord& record = records_[i];
-    const uint64_t header = chunk_total_bytes(record.header) - record.header.size - chunk_checksum_bytes;
-    const auto part = MAILLE_TRY(read_part(*source_, record.offset + header, record.header.size));
+    const auto part = MAILLE_TRY(read_part(*source_, content_offset(record), record.header.size));
     stream.insert(stream.end(), part.begin(), part.end());
   }
   return stream;

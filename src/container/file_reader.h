@@ -51,6 +51,8 @@ class FileReader final : public StreamSource {
 
   /// Place, key and checksum of each chunk, in the order of chunks().
   const std::vector<ChunkRecord>& records() const { return records_; }
+  /// Where the content of one of records() begins.
+  uint64_t content_offset(const ChunkRecord& record) const;
   /// The content of one of records(), verified. Error: corrupt, naming chunk and place; cannot_read.
   Result<std::vector<std::byte>> read_chunk(const ChunkRecord& record) const;
 
@@ -58,6 +60,7 @@ class FileReader final : public StreamSource {
   explicit FileReader(const Source& source) : source_(&source) {}
   static Result<FileReader> open_once(const Source& source, std::span<const std::string_view> known_types);
   Result<> find_chunks(Bytes file_header);
+  Result<> read_packed();
   Result<> check_types(std::span<const std::string_view> known_types) const;
   void sort_streams();
   void check_parts();
@@ -74,6 +77,7 @@ class FileReader final : public StreamSource {
   std::vector<ChunkRecord> records_;
   std::vector<size_t> by_stream_;  ///< places in records_, by type, patch, number, part
   std::vector<ChunkInfo> chunks_;
+  std::vector<std::byte> packed_;  ///< all bytes of a packed file, else none
 };
 
 }  // namespace maille

@@ -70,6 +70,10 @@ Result<> check_version(const FileHeader& header, const std::string& name) {
     return failure(ErrorCode::unsupported, needs + "the file (" + file + ") has the unknown mode " +
                                                std::to_string(static_cast<unsigned>(header.mode)));
   }
+  // Files of other modes are read by their chunks, before all of them is there.
+  if ((header.required_features & packed_feature) != 0 && header.mode != Mode::single) {
+    return failure(ErrorCode::unsupported, needs + "this one knows only files of mode \"single\" as packed");
+  }
   return {};
 }
 

@@ -32,8 +32,10 @@ inline constexpr size_t max_chunk_header_bytes = 2 + 4 + 18 + 2;
 
 /// A volume in pieces (src/volume/pieces).
 inline constexpr uint32_t in_pieces_feature = 1;
+/// Streams without chunks (packed_file.h).
+inline constexpr uint32_t packed_feature = 2;
 /// Features this version knows.
-inline constexpr uint32_t known_required_features = in_pieces_feature;
+inline constexpr uint32_t known_required_features = in_pieces_feature | packed_feature;
 
 /// What the first bytes of a file say. docs/format.md, 3.
 struct FileHeader {

@@ -96,6 +96,42 @@ Description welded(uint32_t split_points) {
   return description;
 }
 
+TEST(Description, OfTheUsualArraysTakesTwoBytesForEach) {
+  Description description = example();
+  description.effort = 1;
+  description.metadata.clear();  // short enough to be written as it is
+  const auto with = [&](const char* name, Scalar type, uint32_t components, Role role) {
+    ArrayDescription array;
+    array.name = name;
+    array.domain = Domain::corner;
+    array.type = type;
+    array.components = components;
+    array.role = role;
+    Description larger = description;
+    larger.arrays.assign(1, array);
+    const auto after = decode_description(encode(larger), {});
+    EXPECT_TRUE(after) << name;
+    if (after) {
+      const ArrayDescription& back = after->arrays[0];
+      EXPECT_EQ(back.name, name);
+      EXPECT_EQ(back.domain, Domain::corner);
+      EXPECT_EQ(back.type, type);
+      EXPECT_EQ(back.components, components);
+      EXPECT_EQ(back.role, role);
+    }
+    return encode(larger).size();
+  };
+  description.arrays.clear();
+  const size_t without = encode(description).size();
+  EXPECT_EQ(with("normal", Scalar::f32, 3, Role::normal), without + 2);
+  EXPECT_EQ(with("weights", Scalar::f32, 4, Role::none), without + 2);
+  // Anything else about it, and it is spelled.
+  EXPECT_GT(with("normal", Scalar::f32, 3, Role::none), without + 10);
+  EXPECT_GT(with("normals", Scalar::f32, 3, Role::normal), without + 10);
+  EXPECT_GT(with("normal", Scalar::f32, 4, Role::normal), without + 10);
+  EXPECT_GT(with("normal", Scalar::i8, 3, Role::normal), without + 10);
+}
+
 TEST(Description, OfAWeldedMeshComesBack) {
   const auto after = decode_description(encode(welded(1200)), {});
   ASSERT_TRUE(after) << after.error().message;

@@ -33,7 +33,8 @@ std::vector<std::byte> flipped(std::vector<std::byte> bytes, const std::string& 
   for (const ChunkRecord& record : reader.records()) {
     const ChunkHeader& header = record.header;
     if (std::string(header.type.begin(), header.type.end()) != type || header.patch != patch) continue;
-    const uint64_t end = record.offset + chunk_total_bytes(header) - chunk_checksum_bytes;
+    // In the middle; of an empty stream the check in front of it.
+    const uint64_t end = reader.content_offset(record) + header.size;
     bytes[static_cast<size_t>(end - header.size / 2 - 1)] ^= std::byte{8};
     return bytes;
   }

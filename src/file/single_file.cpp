@@ -12,7 +12,7 @@
 #include "base/result.h"
 #include "code/efforts.h"
 #include "container/file_reader.h"
-#include "container/file_writer.h"
+#include "container/packed_file.h"
 #include "description/description.h"
 #include "description/element_order.h"
 #include "surface/arrays/array_report.h"
@@ -127,15 +127,14 @@ Result<CodedMesh> code_best(const Mesh& mesh, const EncodeOptions& options) {
   return other;
 }
 
-Result<> write_patch(FileWriter& writer, const EncodedPatch& patch) {
-  MAILLE_CHECK(writer.write_stream(patch.topology.key, patch.topology.bytes));
-  if (patch.twins) MAILLE_CHECK(writer.write_stream(patch.twins->key, patch.twins->bytes));
+void add_patch(std::vector<NamedStream>& streams, const EncodedPatch& patch) {
+  streams.push_back({patch.topology.key, patch.topology.bytes});
+  if (patch.twins) streams.push_back({patch.twins->key, patch.twins->bytes});
   for (const CodedStream& stream : patch.arrays) {
     // Arrays of the mesh as a whole are in one patch only.
     const bool elsewhere = stream.bytes.empty() && std::string_view(stream.key.type) == "ARRY";
-    if (!elsewhere) MAILLE_CHECK(writer.write_stream(stream.key, stream.bytes));
+    if (!elsewhere) streams.push_back({stream.key, stream.bytes});
   }
-  return {};
 }
 
 }  // namespace
@@ -148,13 +147,12 @@ Result<EncodeReport> encode_single(const Mesh& mesh, Sink& sink, const EncodeOpt
   EncodeReport report = report_of(mesh, coded.arrays, encoded);
 
   const std::vector<std::byte> description_bytes = MAILLE_TRY(encode_description(coded.description));
-  FileWriter writer = MAILLE_TRY(FileWriter::begin(sink, {.major = format_major, .minor = format_minor}));
-  MAILLE_CHECK(writer.write_stream(description_key, description_bytes));
-  for (const EncodedPatch& patch : encoded.patches) MAILLE_CHECK(write_patch(writer, patch));
-  if (encoded.patches.size() > 1) MAILLE_CHECK(writer.write_stream(joins_key, encoded.joins));
+  std::vector<NamedStream> streams = {{description_key, description_bytes}};
+  for (const EncodedPatch& patch : encoded.patches) add_patch(streams, patch);
+  if (encoded.patches.size() > 1) streams.push_back({joins_key, encoded.joins});
   report.order_bytes = coded.order.size();
-  if (options.order == Order::keep) MAILLE_CHECK(writer.write_stream(order_key, coded.order));
-  report.file_bytes = MAILLE_TRY(writer.finish());
+  if (options.order == Order::keep) streams.push_back({order_key, coded.order});
+  report.file_bytes = MAILLE_TRY(write_file(sink, {.major = format_major, .minor = format_minor}, streams));
   MAILLE_CHECK(sink.commit());
   set_other_bytes(report);
   return report;

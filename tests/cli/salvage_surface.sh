@@ -8,7 +8,7 @@ import sys
 
 data = bytearray(open(sys.argv[1], "rb").read())
 offset, size = ast.literal_eval(sys.argv[3])
-data[offset + 12 + size // 2] ^= 16
+data[offset + max(size // 2, 12)] ^= 16
 open(sys.argv[2], "wb").write(data)
 PY
 }

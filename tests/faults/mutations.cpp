@@ -10,7 +10,7 @@
 
 #include "base/bytes.h"
 #include "container/file_reader.h"
-#include "container/file_writer.h"
+#include "container/packed_file.h"
 
 namespace maille::testing {
 namespace {
@@ -94,6 +94,7 @@ Streams streams_of(const Content& file) {
   const auto reader = FileReader::open(*source);
   if (!reader) return streams;
   streams.header = reader->header();
+  streams.header.required_features &= ~packed_feature;  // which the writer chooses
   for (const ChunkRecord& record : reader->records()) {
     if (record.header.part() != 0) continue;
     StreamKey key{"", record.header.patch, record.header.number};
@@ -109,12 +110,9 @@ Streams streams_of(const Content& file) {
 Content file_of(const Streams& streams) {
   Content file;
   const auto sink = memory_sink(file);
-  auto writer = FileWriter::begin(*sink, streams.header);
-  for (size_t i = 0; writer && i < streams.keys.size(); ++i) {
-    // What the writer does not take (a key twice) is left out.
-    if (!writer->write_stream(streams.keys[i], streams.contents[i])) break;
-  }
-  if (writer && !writer->finish()) return file;
+  std::vector<NamedStream> named;
+  for (size_t i = 0; i < streams.keys.size(); ++i) named.push_back({streams.keys[i], streams.contents[i]});
+  static_cast<void>(write_file(*sink, streams.header, named));
   return file;
 }
 

@@ -157,6 +157,9 @@ class Fields:
 KNOWN = set("INDX DESC TOPO POSI TWIN ARRY JOIN ORDR CELL TAIL STEP SVAL PIEC GIDS PIDX SIDX CTAB CDIR CIDX CHRT".split())
 
 
+PACKED = "DESC TOPO POSI TWIN ARRY ORDR".split()
+
+
 class Chunk:
     """Section 4."""
 
@@ -185,7 +188,11 @@ class Container:
         require(header.take(8) == b"\x89MAI\x0d\x0a\x1a\x0a", "no maille file")
         version, self.required, _, self.mode = header.number("I"), header.number("I"), header.number("I"), header.u8()
         require(header.number("I") == hash64(data[:21]) & 0xFFFFFFFF, "the header is damaged")
-        require(version == 2 << 16 and self.required < 2 and self.mode < 3, "a version, feature or mode that is not known")
+        require(version == 2 << 16 and self.required < 4 and self.mode < 3, "a version, feature or mode that is not known")
+        if self.required & 2:
+            require(self.mode == 0, "another mode than single is packed")
+            self.streams = self.packed(data)
+            return
         parts = {}
         for chunk in self.chunks(data):
             require(parts.setdefault((chunk.type, chunk.patch, chunk.number), {}).setdefault(chunk.part >> 1, chunk) is chunk, "a stream has a part twice")
@@ -194,6 +201,20 @@ class Container:
             ordered = [by_part.get(i) for i in range(len(by_part))]
             require([c and c.part & 1 for c in ordered] == [0] * (len(ordered) - 1) + [1], "a stream lacks a part")
             self.streams[key] = b"".join(chunk.content for chunk in ordered)
+
+    @staticmethod
+    def packed(data):
+        require(33 <= len(data) <= 65536 and data[-8:] == hash64(data[:-8]).to_bytes(8, "little"), "a packed file is damaged")
+        streams, at = {}, 25
+        while at < len(data) - 8:
+            fields = Fields(data[:-8], at)
+            stream, size = fields.count(2**32 - 1), fields.count(65536)
+            entry, check, content = data[at : fields.at], fields.number("H"), fields.take(size)
+            require(check == hash64(entry + content) & 0xFFFF and stream % 8 < len(PACKED), "a packed stream is damaged")
+            key = PACKED[stream % 8], 0, stream // 8
+            require(key not in streams, "a stream is there twice")
+            streams[key], at = content, fields.at
+        return streams
 
     def chunks(self, data):
         """All chunks in file order: this decoder reads whole files, and checks indices against what it found."""

@@ -11,6 +11,11 @@ NODES = {1: 1, 2: 0, 3: 2, 4: 0, 5: 3, 6: 0, 7: 0, 8: 4, 9: 4, 10: 4, 11: 8, 12:
 NODES |= {24: 10, 25: 20, 26: 15, 27: 13, 28: 9, 29: 27, 30: 6, 31: 12, 32: 18, 33: 24, 34: 7, 35: 4, 36: 0, 37: 19, 41: 0, 42: 0}
 NODES |= dict.fromkeys(range(68, 75), 0) | {MIXED: 0}
 
+# Name, type, components, role.
+USUAL = [("position", 8, 3, 0), ("position", 9, 3, 0), ("normal", 8, 3, 1), ("normal", 9, 3, 1), ("texcoord", 8, 2, 3), ("texcoord", 9, 2, 3)]
+USUAL += [("colour", 1, 3, 2), ("colour", 1, 4, 2), ("colour", 8, 3, 2), ("colour", 8, 4, 2), ("tangent", 8, 4, 4)]
+USUAL += [("joints", 1, 4, 0), ("joints", 3, 4, 0), ("weights", 8, 4, 0)]
+
 
 def plain(fields, size=None):
     """`size` bytes as they are, or coded as byte(M)."""
@@ -27,10 +32,15 @@ def plain(fields, size=None):
 
 class Array:
     def __init__(self, fields, stream=False):
-        self.name, self.domain, self.type = fields.text(), fields.u8(), fields.u8()
-        self.components, self.role = fields.count(65535), fields.u8()
-        require(self.domain <= TWINS and self.type <= 9 and self.components and self.role <= 5, "an array that cannot be")
-        self.labels = fields.list(fields.text)
+        name = fields.text() if stream else None
+        usual, self.domain = divmod(fields.u8(), TWINS + 1)
+        require(usual <= (0 if stream else len(USUAL)), "an array that is not known")
+        if usual:
+            (self.name, self.type, self.components, self.role), self.labels = USUAL[usual - 1], []
+        else:
+            self.name, self.type = name if stream else fields.text(), fields.u8()
+            self.components, self.role, self.labels = fields.count(65535), fields.u8(), fields.list(fields.text)
+        require(self.type <= 9 and self.components and self.role <= 5, "an array that cannot be")
         self.tuples = fields.count(2**32 - 2) if self.domain == MESH else None
         self.asked = fields.u8()
         self.bounds = [fields.f64() for _ in range(1 if stream else 3 if self.asked else 0)]
