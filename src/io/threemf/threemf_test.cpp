@@ -22,7 +22,8 @@ std::string archive(const Files& files) {
   const auto sink = memory_sink(bytes);
   ZipWriter zip(*sink);
   for (const auto& [path, text] : files) {
-    EXPECT_TRUE(zip.add(path, [&](Sink& file) { return file.write(std::as_bytes(std::span(text))); }));
+    EXPECT_TRUE(
+        zip.add(path, [&text = text](Sink& file) { return file.write(std::as_bytes(std::span(text))); }));
   }
   EXPECT_TRUE(zip.finish());
   return std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size());
