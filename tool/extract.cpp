@@ -108,19 +108,20 @@ Result<Extracted> extract_region(File& file, const ExtractOptions& options, cons
   const Region region = TOOL_TRY(region_of(options));
   Extracted extracted;
   extracted.selection = TOOL_TRY(choose(file, region, options));
+  TOOL_CHECK(allow(file, extracted.selection, input));
   if (is_of_everything(options)) {
-    TOOL_CHECK(allow(file, extracted.selection, input));
     // In the input's order, if the file has it: parts know none.
     auto mesh = decode(*input.source, decoding);
-    if (mesh) extracted.mesh = std::move(*mesh);
-    if (mesh) return extracted;
+    if (mesh) {
+      extracted.mesh = std::move(*mesh);
+      return extracted;
+    }
     if (mesh.error().code != ErrorCode::corrupt) return tl::unexpected(std::move(mesh).error());
   }
   if (extracted.selection.charts.empty()) {
     return failure(ErrorCode::usage,
                    fmt::format("{}: nothing of the mesh lies there", input_name(options.input)));
   }
-  TOOL_CHECK(allow(file, extracted.selection, input));
   extracted.mesh = TOOL_TRY(file.salvage(extracted.selection, extracted.problems));
   if (options.chart_numbers && extracted.problems.empty())
     TOOL_CHECK(add_chart_numbers(file, extracted.selection, extracted.mesh));

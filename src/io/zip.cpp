@@ -166,20 +166,15 @@ class DeflateSink final : public Sink {
   bool ok_ = false;
 };
 
-void put_short(std::vector<std::byte>& out, uint64_t value) {
-  for (int i = 0; i < 2; ++i) out.push_back(static_cast<std::byte>(value >> (8 * i) & 0xff));
+void put_short(ByteWriter& out, uint64_t value) {
+  out.put(static_cast<uint16_t>(value));
 }
-void put_word(std::vector<std::byte>& out, uint64_t value) {
-  put_short(out, value & 0xffff);
-  put_short(out, value >> 16);
-}
-void put_path(std::vector<std::byte>& out, const std::string& path) {
-  const auto bytes = std::as_bytes(std::span(path));
-  out.insert(out.end(), bytes.begin(), bytes.end());
+void put_word(ByteWriter& out, uint64_t value) {
+  out.put(static_cast<uint32_t>(value));
 }
 
 /// What the header in front of a file and the list at the end have in common.
-void put_entry(std::vector<std::byte>& out, const ZipEntry& entry) {
+void put_entry(ByteWriter& out, const ZipEntry& entry) {
   put_short(out, 20);  // version of the format that a reader needs: deflate
   put_short(out, 0);
   put_short(out, entry.method);
@@ -280,11 +275,11 @@ Result<> ZipWriter::add(const std::string& path, const std::function<Result<>(Si
     return failure(ErrorCode::usage,
                    sink_.name() + ": the mesh is too large for a ZIP archive (4 GiB); write another format");
   }
-  std::vector<std::byte> header;
+  ByteWriter header;
   put_word(header, local_mark);
   put_entry(header, entry);
-  put_path(header, path);
-  MAILLE_CHECK(sink_.write(header));
+  header.put_bytes(std::as_bytes(std::span(path)));
+  MAILLE_CHECK(sink_.write(header.bytes()));
   MAILLE_CHECK(sink_.write(packed));
   written_ += header.size() + packed.size();
   entries_.push_back(std::move(entry));
@@ -292,7 +287,7 @@ Result<> ZipWriter::add(const std::string& path, const std::function<Result<>(Si
 }
 
 Result<> ZipWriter::finish() {
-  std::vector<std::byte> list;
+  ByteWriter list;
   for (const ZipEntry& entry : entries_) {
     put_word(list, central_mark);
     put_short(list, 20);
@@ -302,7 +297,7 @@ Result<> ZipWriter::finish() {
     put_short(list, 0);
     put_word(list, 0);
     put_word(list, entry.header);
-    put_path(list, entry.path);
+    list.put_bytes(std::as_bytes(std::span(entry.path)));
   }
   const uint64_t size = list.size();
   if (written_ > most_bytes) {
@@ -316,7 +311,7 @@ Result<> ZipWriter::finish() {
   put_word(list, size);
   put_word(list, written_);
   put_short(list, 0);
-  return sink_.write(list);
+  return sink_.write(list.bytes());
 }
 
 }  // namespace maille

@@ -2,8 +2,7 @@
 
 #include <maille/io.h>
 
-#include <array>
-#include <optional>
+#include "io/gltf/gltf_scene.h"
 
 // 3MF, the packages that people print: a ZIP archive with an XML model of triangles (3MF Core
 // Specification 1.3, 3mf.io). Objects become blocks, base materials the label array "material". Where the
@@ -17,10 +16,11 @@ inline constexpr const char* threemf_core = "http://schemas.microsoft.com/3dmanu
 inline constexpr const char* threemf_relation =
     "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel";
 
-/// Four rows of three numbers; a point is a row to their left. The same numbers in the same order are the
-/// columns of glTF's matrices without their last row.
-using ThreeMfTransform = std::array<double, 12>;
-inline constexpr ThreeMfTransform threemf_identity = {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0};
+/// Number `i` of the 12 of a transform: four rows of three, a point is a row to their left. The same numbers
+/// in the same order are the columns of glTF's matrices without their last row.
+auto& threemf_number(auto& affine, size_t i) {
+  return affine.m[i % 3][i / 3];
+}
 
 Result<ReadResult> read_threemf(const Source& source, const ReadOptions& options);
 Result<std::vector<std::string>> write_threemf(const Mesh& mesh, Sink& sink, const WriteOptions& options);

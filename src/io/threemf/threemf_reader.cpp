@@ -48,19 +48,6 @@ std::optional<uint32_t> index_in(pugi::xml_attribute attribute) {
   return error == std::errc() && stop == end && stop != text ? std::optional(value) : std::nullopt;
 }
 
-/// `inner` first, then `outer`.
-ThreeMfTransform joined(const ThreeMfTransform& inner, const ThreeMfTransform& outer) {
-  ThreeMfTransform product;
-  for (size_t row = 0; row < 4; ++row) {
-    for (size_t column = 0; column < 3; ++column) {
-      double sum = row == 3 ? outer[9 + column] : 0;
-      for (size_t k = 0; k < 3; ++k) sum += inner[3 * row + k] * outer[3 * k + column];
-      product[3 * row + column] = sum;
-    }
-  }
-  return product;
-}
-
 /// A model in the package: the root, or one that components name (production extension).
 struct ModelPart {
   std::vector<std::byte> text;  ///< the document's own memory
@@ -85,7 +72,7 @@ class ThreeMfReader {
   /// One use of an object with a mesh by the build.
   struct Placed {
     size_t block = 0;
-    ThreeMfTransform transform;
+    GltfAffine transform;
   };
 
   std::string root_path(const ZipReader& zip);
@@ -93,9 +80,9 @@ class ThreeMfReader {
   Result<> list_resources(ModelPart& part);
   void list_materials(ModelPart& part, uint32_t id, pugi::xml_node group);
   Result<> place_items(const ZipReader& zip, ModelPart& root);
-  Result<> place(const ZipReader& zip, ModelPart& part, uint32_t id, const ThreeMfTransform& transform,
+  Result<> place(const ZipReader& zip, ModelPart& part, uint32_t id, const GltfAffine& transform,
                  size_t depth);
-  Result<ThreeMfTransform> transform_of(pugi::xml_node node) const;
+  Result<GltfAffine> transform_of(pugi::xml_node node) const;
   Result<bool> read_meshes(bool wide);
   Result<bool> read_points(pugi::xml_node object, NumberColumn& points);
   Result<> read_triangles(const ModelPart& part, pugi::xml_node object, uint64_t first, uint64_t count);
@@ -186,21 +173,21 @@ void ThreeMfReader::list_materials(ModelPart& part, uint32_t id, pugi::xml_node 
   part.materials.emplace(id, std::pair(first, static_cast<uint32_t>(labels_.size()) - first));
 }
 
-Result<ThreeMfTransform> ThreeMfReader::transform_of(pugi::xml_node node) const {
+Result<GltfAffine> ThreeMfReader::transform_of(pugi::xml_node node) const {
   const pugi::xml_attribute attribute = node.attribute("transform");
-  if (!attribute) return threemf_identity;
-  ThreeMfTransform transform;
+  GltfAffine transform;
+  if (!attribute) return transform;
   const char* at = attribute.value();
   const char* const end = at + std::strlen(at);
   const auto skip_blanks = [&] {
     while (at != end && std::strchr(" \t\r\n", *at) != nullptr) ++at;
   };
-  for (double& value : transform) {
+  for (size_t i = 0; i < 12; ++i) {
     skip_blanks();
     Number number;
     at = at == end ? nullptr : parse_number(at, end, number);
     if (at == nullptr || !std::isfinite(number.value)) return malformed("a transform is not 12 numbers");
-    value = number.value;
+    threemf_number(transform, i) = number.value;
   }
   skip_blanks();
   if (at != end) return malformed("a transform is not 12 numbers");
@@ -213,15 +200,15 @@ Result<> ThreeMfReader::place_items(const ZipReader& zip, ModelPart& root) {
     if (!id) return malformed("an item of the build has no number as its objectid");
     const char* const path = extension_attribute(item, "path");
     ModelPart* const part = *path == 0 ? &root : MAILLE_TRY(open_part(zip, path));
-    const ThreeMfTransform transform = MAILLE_TRY(transform_of(item));
+    const GltfAffine transform = MAILLE_TRY(transform_of(item));
     MAILLE_CHECK(place(zip, *part, *id, transform, 0));
   }
   return {};
 }
 
 /// Goes down the tree of an object. Few bytes can name an object any number of times, in circles, too.
-Result<> ThreeMfReader::place(const ZipReader& zip, ModelPart& part, uint32_t id,
-                              const ThreeMfTransform& transform, size_t depth) {
+Result<> ThreeMfReader::place(const ZipReader& zip, ModelPart& part, uint32_t id, const GltfAffine& transform,
+                              size_t depth) {
   const auto found = part.objects.find(id);
   if (found == part.objects.end()) return malformed("there is no object " + std::to_string(id));
   if (++visits_ > most_visits || depth > most_depth)
@@ -240,7 +227,7 @@ Result<> ThreeMfReader::place(const ZipReader& zip, ModelPart& part, uint32_t id
     const char* const path = extension_attribute(component, "path");
     ModelPart* const other = *path == 0 ? &part : MAILLE_TRY(open_part(zip, path));
     const auto own = MAILLE_TRY(transform_of(component));
-    MAILLE_CHECK(place(zip, *other, *inner, joined(own, transform), depth + 1));
+    MAILLE_CHECK(place(zip, *other, *inner, transform * own, depth + 1));
   }
   return {};
 }
@@ -374,16 +361,16 @@ void ThreeMfReader::add_materials() {
 
 void ThreeMfReader::add_instances() {
   bool plain = placed_.size() == meshes_.size();
-  for (const Placed& one : placed_) plain &= one.transform == threemf_identity;
+  for (const Placed& one : placed_) plain &= one.transform.is_identity();
   if (plain) return;
   nlohmann::ordered_json nodes = nlohmann::ordered_json::array(), scene = nodes, meshes = nodes;
   for (const Placed& one : placed_) {
     nlohmann::ordered_json node = {{"mesh", one.block}};
     if (const std::string& name = result_.mesh.blocks[one.block].name; !name.empty()) node["name"] = name;
-    if (one.transform != threemf_identity) {
+    if (!one.transform.is_identity()) {
       auto& matrix = node["matrix"] = nlohmann::ordered_json::array();
       for (size_t i = 0; i < 12; ++i) {
-        matrix.push_back(one.transform[i]);
+        matrix.push_back(threemf_number(one.transform, i));
         if (i % 3 == 2) matrix.push_back(i == 11 ? 1 : 0);
       }
     }

@@ -7,7 +7,6 @@
 #include "base/bytes.h"
 #include "base/result.h"
 #include "io/buffered_writer.h"
-#include "io/gltf/gltf_scene.h"
 #include "io/notes.h"
 #include "io/reading.h"
 #include "io/vtk/vtk_xml_writer.h"
@@ -64,7 +63,7 @@ class ThreeMfWriter {
   };
   struct Item {
     size_t object = 0;
-    ThreeMfTransform transform = threemf_identity;
+    GltfAffine transform;
   };
 
   Result<> check_cells();
@@ -159,13 +158,10 @@ void ThreeMfWriter::choose_objects() {
     objects_.push_back(std::move(object));
   }
   if (scene && !scene->instances.empty()) {
-    for (const GltfInstance& instance : scene->instances) {
-      Item item{instance.mesh, {}};
-      for (size_t i = 0; i < 12; ++i) item.transform[i] = instance.transform.m[i % 3][i / 3];
-      items_.push_back(item);
-    }
+    for (const GltfInstance& instance : scene->instances)
+      items_.push_back({instance.mesh, instance.transform});
   } else {
-    for (size_t i = 0; i < objects_.size(); ++i) items_.push_back({i, threemf_identity});
+    for (size_t i = 0; i < objects_.size(); ++i) items_.push_back({i, {}});
   }
   std::vector<bool> used(mesh_.point_count());
   for (const Object& object : objects_) {
@@ -284,11 +280,11 @@ void ThreeMfWriter::put_items(BufferedWriter& out) const {
   for (const Item& item : items_) {
     if (objects_[item.object].triangles == 0) continue;
     out.put("  <item objectid=\"" + std::to_string(item.object + 2) + "\"");
-    if (item.transform != threemf_identity) {
+    if (!item.transform.is_identity()) {
       out.put(" transform=\"");
       for (size_t i = 0; i < 12; ++i) {
         if (i != 0) out.put(' ');
-        out.put_number(item.transform[i]);
+        out.put_number(threemf_number(item.transform, i));
       }
       out.put("\"");
     }

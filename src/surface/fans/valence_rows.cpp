@@ -95,6 +95,7 @@ class Fitter {
         runs_of_samples_(std::min(most_samples, fans.vertices) / samples_in_a_run + 1),
         with_valences_(with_valences) {
     for (unsigned g = 0; g < ValenceRows::groups; ++g) useful_.emplace_back(g);
+    slot_.fill(-1);
     std::array<uint32_t, ValenceRows::groups> count{};
     visit_vertices(1, [&](uint32_t v) { ++count[group_of(v)]; });
     for (unsigned g = 0; g < ValenceRows::groups; ++g) {
@@ -190,12 +191,6 @@ class Fitter {
                       deviation(v)};
     if (!ValenceRows::is_useful(sample.group, ValenceRows::by_next)) sample.factors[ValenceRows::by_next] = 0;
     return sample;
-  }
-
-  static std::array<int, ValenceRows::groups> no_slots() {
-    std::array<int, ValenceRows::groups> slots;
-    slots.fill(-1);
-    return slots;
   }
 
   /// Weights of the useful references, by term.
@@ -396,8 +391,8 @@ class Fitter {
   uint64_t represented_ = 0;  ///< vertices for which the samples stand
   /// Groups with samples enough. All others keep the mean of their parallelograms, whatever a round finds.
   std::vector<unsigned> fitted_groups_;
-  std::array<int, ValenceRows::groups> slot_ = no_slots();  ///< index into fitted_groups_, or -1
-  std::array<bool, ValenceRows::groups> found_{};           ///< there were samples enough
+  std::array<int, ValenceRows::groups> slot_;      ///< index into fitted_groups_, or -1
+  std::array<bool, ValenceRows::groups> found_{};  ///< there were samples enough
   std::array<std::array<ValenceRows::Row, terms>, ValenceRows::groups> rows_by_place_{}, rows_by_valence_{};
 };
 
