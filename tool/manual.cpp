@@ -37,11 +37,10 @@ constexpr ExitCode exit_codes[] = {
 };
 
 constexpr const char* general_notes =
-    "An address (http://, https://) stands wherever a .maille file is read. "
-    "Answers go to standard output, everything else to standard error. An output file appears whole or not "
-    "at all: it is written under a temporary name and renamed at the end. Files are never overwritten "
-    "without "
-    "-f.";
+    "Wherever a .maille file is read, its address (http:// or https://) will do, too. "
+    "Answers go to standard output, everything else to standard error. An output file "
+    "appears whole or not at all: it is written under a temporary name and renamed at the "
+    "end. Files are never overwritten without -f.";
 
 /// Breaks lines at blanks. `column` is where the first line begins, `indent` where the others do.
 std::string wrapped(const std::string& text, size_t indent, size_t column) {

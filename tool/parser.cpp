@@ -118,10 +118,9 @@ void Parser::add_progress(CLI::App* verb) {
 }
 
 void Parser::add_fetch_limit(CLI::App* verb) {
-  verb->add_option(
-          "--fetch-limit", raw.fetch_limit,
-          "From an address, fetch at most so much more than what was asked for: where a server gives "
-          "no parts of files, or the index is damaged (default 64M)")
+  verb->add_option("--fetch-limit", raw.fetch_limit,
+                   "Fetch at most so much more from a web server than was asked for, as happens if it sends "
+                   "no parts of files, or if the index is damaged (default 64M)")
       ->type_name("SIZE")
       ->group(files_group);
 }

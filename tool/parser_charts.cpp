@@ -11,37 +11,40 @@ constexpr int most_places = 10000;
 void add_region(CLI::App* verb, ExtractOptions& extract) {
   constexpr const char* region = "Region";
   comma_separated(
-      verb->add_option("--box", extract.box, "Lowest and highest corner: six numbers, separated by commas"))
+      verb->add_option("--box", extract.box,
+                       "The lowest and the highest corner of a box: six numbers, separated by commas"))
       ->expected(6)
       ->type_name("X,Y,Z,X,Y,Z")
       ->group(region);
   comma_separated(
-      verb->add_option("--sphere", extract.sphere, "Centre and radius: four numbers, separated by commas"))
+      verb->add_option("--sphere", extract.sphere,
+                       "The centre and the radius of a sphere: four numbers, separated by commas"))
       ->expected(4)
       ->type_name("X,Y,Z,R")
       ->group(region);
-  comma_separated(verb->add_option("--plane", extract.plane,
-                                   "Volumes: cells that a plane passes, by a point on it and its normal: six "
-                                   "numbers, separated by commas"))
+  comma_separated(
+      verb->add_option(
+          "--plane", extract.plane,
+          "Volumes: cells that a plane passes through, given by a point on it and its normal: six "
+          "numbers, separated by commas"))
       ->expected(6)
       ->type_name("X,Y,Z,X,Y,Z")
       ->group(region);
-  verb->add_option(
-          "--where", extract.where,
-          "Volumes: cells with such values, or with a point that has one, as in 'T > 500', 'T = 1:2' or "
-          "'velocity[0] < 0'; of a vector its length; several: all must hold")
+  verb->add_option("--where", extract.where,
+                   "Volumes: cells that meet a condition, or have a point that does, such as 'T > 500', 'T "
+                   "= 1:2' or 'velocity[0] < 0'; of a vector, the length counts; repeatable: all conditions "
+                   "must hold")
       ->type_name("CONDITION")
       ->allow_extra_args(false)
       ->group(region);
   verb->add_option("--cells", extract.cells,
-                   "Volumes: cells by their number in the input, as in 100:200: the first, and the one "
-                   "behind the last")
+                   "Volumes: cells by their numbers in the input, from 0: 100:200 takes cells 100 to 199")
       ->type_name("RANGE")
       ->group(region);
   verb->add_flag("--whole-charts", extract.whole_charts, "Keep all faces of the charts that meet the region")
       ->group(region);
   verb->add_flag("--chart-numbers", extract.chart_numbers,
-                 "Add an array 'chart' of the cells: which of the charts that were read each is of")
+                 "Add a cell array 'chart': the number of each cell's chart among those that were read")
       ->group(files_group);
   CLI::Option* component =
       comma_separated(
@@ -68,10 +71,10 @@ void add_region(CLI::App* verb, ExtractOptions& extract) {
 }
 
 void add_values(CLI::App* verb, std::string& arrays, uint64_t& step) {
-  verb->add_option("--arrays", arrays, "Arrays wanted, separated by commas; '' for none (default: all)")
+  verb->add_option("--arrays", arrays, "Arrays to read, separated by commas; '' for none (default: all)")
       ->type_name("A,B,...")
       ->group(files_group);
-  verb->add_option("--step", step, "Step of time whose arrays are wanted; 0 (default): those of the mesh")
+  verb->add_option("--step", step, "Time step whose arrays are read; 0 (default): those of the mesh")
       ->type_name("N")
       ->group(files_group);
 }
@@ -87,7 +90,10 @@ void add_detail(CLI::App* verb, ExtractOptions& extract) {
           ->group(detail)
           ->excludes(full);
   CLI::Option* level =
-      verb->add_option("--level", extract.level, "Level of detail: 0 is the mesh, each next one a fourth")
+      verb->add_option(
+              "--level", extract.level,
+              "Level of detail: 0 is the mesh, and each further level has a fourth of the faces of the "
+              "one before")
           ->type_name("N")
           ->group(detail)
           ->excludes(full)
@@ -100,9 +106,10 @@ void add_detail(CLI::App* verb, ExtractOptions& extract) {
       ->excludes(error)
       ->excludes(level);
   comma_separated(
-      verb->add_option("--eye", extract.eye,
-                       "As seen from there, on a screen of 1080 pixels over 60 degrees: three numbers, "
-                       "separated by commas"))
+      verb->add_option(
+          "--eye", extract.eye,
+          "The detail visible from a viewpoint, on a screen of 1080 pixels over 60 degrees: three "
+          "numbers, separated by commas"))
       ->expected(3)
       ->type_name("X,Y,Z")
       ->group(detail)
@@ -120,12 +127,12 @@ void Parser::add_extract() {
   CLI::App* e =
       verb("extract",
            "Extract a part of a file of mode random, at any level of detail, or of a volume.\n"
-           "Reads and decodes only what is needed. Without a limit on detail the faces are those "
-           "of the mesh, bit for bit, with all arrays; coarser ones are triangles with values of "
-           "the mesh. Faces that have a point in the region are taken, whole. Of a volume (mode stream) "
-           "those cells are taken whose boxes meet the region; if it was compressed with --pieces, only "
-           "pieces that may have such cells are read. Exit code 6 when "
-           "charts or pieces were damaged: the others are written.",
+           "Only what is needed is read and decoded. Without a limit on detail, the faces are those "
+           "of the mesh, bit for bit, with all arrays; those of coarser levels are triangles with "
+           "values of the mesh. Faces that have a point in the region are taken whole. Of a volume "
+           "(mode stream), the cells are taken whose boxes meet the region; if it was compressed "
+           "with --pieces, only pieces that may have such cells are read. The exit code is 6 if "
+           "charts or pieces were damaged; the others are written then.",
            "maille compress --mode random scan.ply scan.maille\n"
            "maille extract scan.maille head.ply --box 0,0,1.5,1,1,2\n"
            "maille extract scan.maille preview.ply --triangles 20000\n"
@@ -140,13 +147,14 @@ void Parser::add_extract() {
   add_file(e, "-o,--output,OUT", extract.output, "File to write; - is standard output")->required();
   add_output_format(e, extract.output_format, "by extension; ply where there is none",
                     mesh_formats_to_write());
-  e->add_flag("--ascii", extract.ascii, "Write text where the format has both")->group(files_group);
+  e->add_flag("--ascii", extract.ascii, "Write text instead of binary, where the format has both")
+      ->group(files_group);
   add_force(e, extract.force);
   e->add_option("--arrays", raw.arrays,
                 "Volumes: arrays to write, separated by commas; '' for none (default: all)")
       ->type_name("A,B,...")
       ->group(files_group);
-  e->add_option("--step", extract.step, "Volumes: step of time whose arrays are written")
+  e->add_option("--step", extract.step, "Volumes: time step whose arrays are written")
       ->type_name("N")
       ->group(files_group);
   e->add_flag(
@@ -158,7 +166,7 @@ void Parser::add_extract() {
   add_detail(e, extract);
   CLI::Option* coarse =
       e->add_flag("--coarse", extract.coarse,
-                  "Volumes in pieces: some thousand vertices with means of the values of the cells around")
+                  "Volumes in pieces: some thousand vertices with the means of the values around them")
           ->group("Detail");
   for (const char* part : {"--box", "--sphere", "--plane", "--where", "--cells", "--numbers", "--step"})
     coarse->excludes(e->get_option(part));
@@ -173,19 +181,20 @@ void Parser::add_extract() {
 }
 
 void Parser::add_slice() {
-  CLI::App* s =
-      verb("slice",
-           "Cut a volume by a plane: polygons with the values on them.\n"
-           "Each cell that the plane passes gives a polygon; values of points are interpolated along edges, "
-           "those of cells are theirs. Of a volume that was compressed with --pieces only those "
-           "pieces are read that the plane meets.",
-           "maille slice flow.maille cut.vtu --plane 0,0,0.5,0,0,1\n"
-           "maille slice flow.vtu cut.vtp --plane 0,0,0.5,0,0,1 --arrays T");
+  CLI::App* s = verb("slice",
+                     "Cut a volume by a plane: polygons with the values on them.\n"
+                     "Each cell that the plane passes through gives a polygon. Values of points are "
+                     "interpolated along edges; integers, and values next to one that is not finite, are "
+                     "those of the nearer end. Values of cells are kept. If the volume was compressed with "
+                     "--pieces, only pieces that meet the plane are read.",
+                     "maille slice flow.maille cut.vtu --plane 0,0,0.5,0,0,1\n"
+                     "maille slice flow.vtu cut.vtp --plane 0,0,0.5,0,0,1 --arrays T");
   add_file(s, "-i,--input,IN", slice.input, "Volume to read, in any format, or its address")->required();
   add_file(s, "-o,--output,OUT", slice.output, "File to write; - is standard output")->required();
   add_input_format(s, slice.input_format, "IN", files_group);
   add_output_format(s, slice.output_format, "by extension; ply where there is none", mesh_formats_to_write());
-  s->add_flag("--ascii", slice.ascii, "Write text where the format has both")->group(files_group);
+  s->add_flag("--ascii", slice.ascii, "Write text instead of binary, where the format has both")
+      ->group(files_group);
   add_force(s, slice.force);
   comma_separated(s->add_option("--plane", slice.plane,
                                 "A point on the plane, and its normal: six numbers, separated by commas"))
@@ -201,10 +210,11 @@ void Parser::add_slice() {
 void Parser::add_probe() {
   CLI::App* p =
       verb("probe",
-           "Print the values of a volume at places.\n"
-           "Values of points are interpolated within the cell, those of cells are its own. Of a volume that "
-           "was compressed with --pieces only the pieces around the places are read. Exit code 1 when "
-           "a place is in no cell.",
+           "Print the values of a volume at given places.\n"
+           "Values of points are interpolated linearly in tetrahedra between the middle of a cell, "
+           "the middles of its faces and their edges; values of cells are those of the cell. If the "
+           "volume was compressed with --pieces, only the pieces around the places are read. The "
+           "exit code is 1 if a place is in no cell.",
            "maille probe flow.maille --at 0.1,0,0.5\n"
            "maille probe flow.maille --at 0.1,0,0.5 --at 0.2,0,0.5 --arrays T,p --json");
   add_file(p, "-i,--input,IN", probe.input, "Volume to read, in any format, or its address")->required();
@@ -224,22 +234,21 @@ void Parser::add_serve() {
   CLI::App* s =
       verb("serve",
            "Serve a folder, or one file, over HTTP.\n"
-           "Sends what programs and web pages need to read parts of .maille files: ranges, ETags, CORS "
-           "headers, and "
-           "those for isolated pages (COOP, COEP). Only files below the folder are served, "
-           "none whose name begins with a dot. Only this machine is answered unless --host says more; any "
-           "page open in a browser here can read what is served. The address is printed; Ctrl-C ends.",
+           "The server sends what programs and web pages need to read parts of .maille files: "
+           "ranges, ETags, CORS headers, and those for isolated pages (COOP, COEP). It serves only "
+           "files below the folder, except those whose names begin with a dot. It answers only this "
+           "machine unless --host allows others; any page open in a browser on this machine can "
+           "read what is served. It prints its address; Ctrl-C ends it.",
            "maille serve scans\n"
            "maille serve scan.maille --port 0 &\n"
            "maille extract http://127.0.0.1:8080/scan.maille head.ply --box 0,0,1.5,1,1,2");
   add_file(s, "PATH", serve.path, "Folder or file to serve")->required();
-  s->add_option(
-       "--host", serve.host,
-       "Address to listen at; 0.0.0.0: for every machine that reaches this one (default: 127.0.0.1, for this "
-       "machine only)")
+  s->add_option("--host", serve.host,
+                "Address to listen on; 0.0.0.0 serves every machine that reaches this one (default: "
+                "127.0.0.1, for this machine only)")
       ->type_name("ADDRESS")
       ->group(files_group);
-  s->add_option("-p,--port", serve.port, "Port to listen at; 0: any that is free (default: 8080)")
+  s->add_option("-p,--port", serve.port, "Port to listen on; 0: any free port (default: 8080)")
       ->check(CLI::Range(0, 65535))
       ->type_name("N")
       ->group(files_group);
@@ -251,15 +260,16 @@ void Parser::add_view() {
   CLI::App* v =
       verb("view",
            "Look at a .maille file in the browser.\n"
-           "Of a file of mode random only what is in sight is read, as fine as it is seen, so that "
-           "meshes of any size are there at once; others are shown whole, volumes by their boundary. "
-           "Serves the file and the viewer to this machine, opens the browser where there is a screen, and "
-           "prints the address; Ctrl-C ends. The server of an address must send CORS headers.",
+           "Of a file of mode random, only what is in sight is read, in the detail that can be "
+           "seen, so that meshes of any size appear at once. Other files are shown whole, and "
+           "volumes by their boundary. The command serves the file and the viewer to this machine, "
+           "opens the browser if there is a screen, and prints the address; Ctrl-C ends it. The "
+           "server of an address must send CORS headers.",
            "maille view scan.maille\n"
            "maille view https://example.org/scan.maille\n"
            "maille view --no-browser --port 8081 scan.maille   # through ssh -L 8081:127.0.0.1:8081");
   add_file(v, "FILE", view.input, "A .maille file, or the address of one")->required();
-  v->add_option("-p,--port", view.port, "Port to listen at; 0: any that is free (default)")
+  v->add_option("-p,--port", view.port, "Port to listen on; 0: any free port (default)")
       ->check(CLI::Range(0, 65535))
       ->type_name("N")
       ->group(files_group);

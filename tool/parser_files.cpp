@@ -21,27 +21,27 @@ std::string effort_help() {
 
 void add_as_stored(CLI::App* verb, bool& as_stored) {
   verb->add_flag("--as-stored,!--scene", as_stored,
-                 "Of glTF: meshes as they are stored, each once; by default (--scene) they are written as "
-                 "the nodes of the scene place them, unless OUT is glTF or .maille")
+                 "For glTF: write each mesh once, as it is stored; by default (--scene) meshes are "
+                 "written where the nodes of the scene place them, unless OUT is glTF or .maille")
       ->group(files_group);
 }
 
 /// The arguments behind IN and OUT, and where outputs of several inputs go.
 void add_batch(CLI::App* verb, Batch& batch, const std::string& what) {
-  verb->add_option("MORE", batch.inputs, "With more than two names, all are inputs")
+  verb->add_option("MORE", batch.inputs, "If there are more than two names, all are inputs")
       ->type_name("FILE")
       ->group(files_group);
-  verb->add_option(
-          "--output-folder", batch.output_folder,
-          "Folder for the outputs, made if need be; all names are inputs (default: beside each input)")
+  verb->add_option("--output-folder", batch.output_folder,
+                   "Folder for the outputs, created if it does not exist; all names are then inputs "
+                   "(default: beside each input)")
       ->type_name("DIR")
       ->group(files_group);
-  verb->add_flag("-r,--recursive", batch.recursive, "Of folders take " + what + " in them and below")
+  verb->add_flag("-r,--recursive", batch.recursive, "Take " + what + " in the given folders and below them")
       ->group(files_group);
 }
 
 std::string purpose_help() {
-  std::string text = "Settings for a purpose; options beside it come first:";
+  std::string text = "Settings for a purpose, which other options override:";
   for (const Purpose& purpose : purposes()) text += "\n" + purpose.name + ": " + purpose.summary;
   return text;
 }
@@ -102,22 +102,20 @@ void Parser::add_compress() {
       c->add_flag("--keep-order", raw.keep_order, "Keep the order of vertices and faces; costs some bytes")
           ->group(quality_group);
   CLI::Option* any =
-      c->add_flag("--any-order", raw.any_order, "Let the order change (default, but not of mode stream)")
+      c->add_flag("--any-order", raw.any_order, "Let the order change (the default, except in mode stream)")
           ->group(quality_group)
           ->excludes(keep);
-  c->add_option(
-       "--delay", compress.delay,
-       "Streams: hold back N cells, and write always the one that fits best; for a pipe, or a file too "
-       "large to be put in order as a whole")
+  c->add_option("--delay", compress.delay,
+                "Mode stream: hold back N cells and always write the one that fits best; for a pipe, or "
+                "a file too large to be put in order as a whole")
       ->type_name("N")
       ->check(CLI::Range(1, 1 << 28))
       ->group(quality_group)
       ->needs(any);
 
-  c->add_option(
-       "--pieces", compress.pieces,
-       "Volumes in pieces that are read alone and all at once: about so many cells each, or auto, or off "
-       "(default: off)")
+  c->add_option("--pieces", compress.pieces,
+                "Cut a volume into pieces of about N cells (auto: 262,144) that can be read alone and "
+                "coded in parallel (default: off)")
       ->type_name("N|auto|off")
       ->group(speed_group)
       ->check(CLI::Range(uint64_t{1}, uint64_t{1} << 32) | CLI::IsMember({"auto", "off"}));
@@ -158,68 +156,66 @@ void Parser::add_decompress() {
       ->type_name("A,B,...")
       ->group(files_group);
   CLI::Option* step =
-      d->add_option(
-           "--step", decompress.step,
-           "Step of time whose arrays are written; 0 (default): those of the mesh; a .pvd and cases of "
-           "OpenFOAM (polymesh) take all")
+      d->add_option("--step", decompress.step,
+                    "Time step whose arrays are written; 0 (default): those of the mesh; a .pvd or a case of "
+                    "OpenFOAM (polymesh) gets all steps")
           ->type_name("N")
           ->group(files_group);
-  d->add_option("--time", decompress.time, "The same by its time")
+  d->add_option("--time", decompress.time, "The same, chosen by its time")
       ->type_name("T")
       ->group(files_group)
       ->excludes(step);
   d->add_flag("--salvage", decompress.salvage,
-              "Write what is left of a damaged file, say what is lost, and leave with exit code 6")
+              "Write what is left of a damaged file, say what is lost, and exit with code 6")
       ->group(files_group);
   add_as_stored(d, decompress.as_stored);
-  d->add_flag("--ascii", decompress.ascii, "Text instead of binary, where the format has both")
+  d->add_flag("--ascii", decompress.ascii, "Write text instead of binary, where the format has both")
       ->group(files_group);
   add_work(d, decompress.common);
 }
 
 void Parser::add_append() {
-  CLI::App* a = verb(
-      "append",
-      "Append values of later times to a file of mode stream.\n"
-      "Each STEP is the same mesh, points and cells in the same order, with other values in its arrays; a "
-      ".pvd or a case of OpenFOAM names several, with their times. Arrays that have not changed since the "
-      "mesh was compressed take "
-      "no room. Each step is read without the others. The file stays as it is until a step is whole.",
-      "maille compress flow_0.vtu flow.maille\n"
-      "maille append flow.maille flow_1.vtu --time 0.1\n"
-      "maille append flow.maille run.pvd --error pressure=0.5\n"
-      "maille decompress flow.maille last.vtu --time 0.1");
+  CLI::App* a = verb("append",
+                     "Append values of later times to a file of mode stream.\n"
+                     "Each STEP is the same mesh, with its points and cells in the same order and other "
+                     "values in its arrays; a .pvd or a case of OpenFOAM names several, with their times. "
+                     "Arrays that have not changed since the mesh was compressed take no room. Each step can "
+                     "be read on its own. The file does not change until a step is complete.",
+                     "maille compress flow_0.vtu flow.maille\n"
+                     "maille append flow.maille flow_1.vtu --time 0.1\n"
+                     "maille append flow.maille run.pvd --error pressure=0.5\n"
+                     "maille decompress flow.maille last.vtu --time 0.1");
   add_file(a, "FILE", append.file, "A .maille file of mode stream")->required();
   a->add_option("STEP", append.steps,
-                "Meshes with the values of the next steps, in any format, or .pvd or cases")
+                "Meshes with the values of the next steps, in any format, or .pvd files or cases")
       ->type_name("FILE")
       ->required()
       ->group(files_group);
   add_input_format(a, append.input_format, "STEP", files_group);
   a->add_option("--time", append.time,
-                "Time of the first STEP, those behind it are 1 apart (default: what the file says, such as "
-                "TimeValue, or the number of the step)")
+                "Time of the first STEP; the others follow at intervals of 1 (default: what the file "
+                "says, such as TimeValue, or the number of the step)")
       ->type_name("T")
       ->group(files_group);
   for (const BoundOption& option : bound_options) {
     const std::string arguments = option.arguments;
     repeatable(a->add_option(option.flags, append.quality.bounds[option.kind],
-                             "As for compress, of arrays; repeatable"),
+                             "As in compress, but only for arrays; repeatable"),
                arguments.substr(arguments.find('|') + 1));
   }
   add_work(a, append.common);
 }
 
 void Parser::add_info() {
-  CLI::App* i =
-      verb("info",
-           "Describe a .maille file, or a mesh of any other format.\n"
-           "Of a .maille file only the description is read, and no value is decoded. Other meshes are read "
-           "whole: their arrays with ranges, and whether a surface is closed.",
-           "maille info dragon.maille\n"
-           "maille info dragon.ply\n"
-           "maille info https://example.org/dragon.maille\n"
-           "maille info --json dragon.maille | jq .points");
+  CLI::App* i = verb("info",
+                     "Describe a .maille file, or a mesh of any other format.\n"
+                     "Only the description of a .maille file is read, and no value is decoded. Other meshes "
+                     "are read whole; for them the answer includes the ranges of arrays, and whether a "
+                     "surface is closed.",
+                     "maille info dragon.maille\n"
+                     "maille info dragon.ply\n"
+                     "maille info https://example.org/dragon.maille\n"
+                     "maille info --json dragon.maille | jq .points");
   add_file(i, "-i,--input,FILE", info.input, "A .maille file or a mesh, or its address; - is standard input")
       ->required();
   add_input_format(i, info.input_format, "FILE", files_group);
@@ -236,16 +232,17 @@ void Parser::add_verify() {
   CLI::App* v =
       verb("verify",
            "Check a .maille file: checksums, then everything decoded.\n"
-           "With --against, also that it holds the original mesh: exactly what was stored lossless, "
-           "within its bound what was not. Exit code 1 when it does not, 6 when the file is damaged. "
-           "From a pipe a file of mode stream is decoded as it comes, without memory for all of it, but not "
-           "the steps of time behind it.",
+           "With --against, it must also hold the original mesh: exactly where it was stored "
+           "without loss, and within the bounds elsewhere. The exit code is 1 if it does not, and 6 "
+           "if the file is damaged. A file of mode stream from a pipe is decoded as it comes, "
+           "without memory for all of it, but its time steps are not checked then.",
            "maille verify dragon.maille\n"
            "maille verify dragon.maille --against dragon.ply");
   add_file(v, "-i,--input,FILE", verify.input, "A .maille file, or a .maille.glb; - is standard input")
       ->required();
   v->add_option("--against", verify.original,
-                "The mesh that was compressed, in any format, or the series: its steps are compared, too")
+                "The mesh that was compressed, in any format, or the series, whose steps are then "
+                "compared, too")
       ->type_name("FILE")
       ->group(answer_group);
   add_input_format(v, verify.original_format, "the original", answer_group);
@@ -253,13 +250,12 @@ void Parser::add_verify() {
 }
 
 void Parser::add_diff() {
-  CLI::App* d =
-      verb("diff",
-           "Compare two meshes of any format, bit for bit.\n"
-           "Meshes are equal when some order of vertices and faces makes them equal. Exit code 0 when "
-           "equal, 1 when different.",
-           "maille diff dragon.ply dragon.maille\n"
-           "maille diff --same-order a.ply b.obj");
+  CLI::App* d = verb("diff",
+                     "Compare two meshes of any format, bit for bit.\n"
+                     "Meshes are equal if some order of their vertices and faces makes them equal. The exit "
+                     "code is 0 if they are equal, and 1 if they differ.",
+                     "maille diff dragon.ply dragon.maille\n"
+                     "maille diff --same-order a.ply b.obj");
   d->add_option("A", diff.a, "First mesh; - is standard input")->type_name("FILE")->required();
   d->add_option("B", diff.b, "Second mesh; - is standard input")->type_name("FILE")->required();
   add_input_format(d, diff.input_format, "both", files_group);
@@ -273,21 +269,20 @@ void Parser::add_diff() {
 }
 
 void Parser::add_convert() {
-  CLI::App* c =
-      verb("convert",
-           "Convert between mesh formats, .maille included.\n"
-           "What the target format cannot hold is named on standard error. Nothing is lost on the way "
-           "to .maille; use compress to choose a tolerance.",
-           "maille convert scan.obj scan.ply\n"
-           "maille convert --ascii scan.stl scan.ply\n"
-           "maille convert - - --input-format ply --output-format obj < in.ply > out.obj");
+  CLI::App* c = verb("convert",
+                     "Convert between mesh formats, .maille included.\n"
+                     "Standard error names what the target format cannot hold. Nothing is lost on the way to "
+                     ".maille; use compress to choose a tolerance.",
+                     "maille convert scan.obj scan.ply\n"
+                     "maille convert --ascii scan.stl scan.ply\n"
+                     "maille convert - - --input-format ply --output-format obj < in.ply > out.obj");
   add_file(c, "-i,--input,IN", convert.input, "Mesh to read; - is standard input")->required();
   add_file(c, "-o,--output,OUT", convert.output, "File to write; - is standard output")->required();
   add_input_format(c, convert.input_format, "IN", files_group);
   add_output_format(c, convert.output_format, "by extension", formats_to_write());
   add_force(c, convert.force);
   add_as_stored(c, convert.as_stored);
-  c->add_flag("--ascii", convert.ascii, "Text instead of binary, where the format has both")
+  c->add_flag("--ascii", convert.ascii, "Write text instead of binary, where the format has both")
       ->group(files_group);
   add_work(c, convert.common);
 }

@@ -26,7 +26,7 @@ void Parser::add_stencil() {
          {"taylor", "spectral"})
       ->group(prediction_group);
   one_of(s->add_option("--covariance", raw.covariance,
-                       "Taylor: what derivatives of one order are taken to be (default: rotation)"),
+                       "Taylor: how derivatives of one order are assumed to be related (default: rotation)"),
          {"independent", "rotation", "gaussian"})
       ->group(prediction_group);
   s->add_option("--order", stencil.order,
@@ -35,13 +35,14 @@ void Parser::add_stencil() {
       ->type_name("N")
       ->group(prediction_group);
   s->add_option("--noise", stencil.noise,
-                "Taylor: variance of the noise of known values, that of a mixed second derivative being 1")
+                "Taylor: variance of the noise in known values, relative to that of a mixed second "
+                "derivative")
       // Chosen, not derived: far above any use, and far from overflow.
       ->check(CLI::Range(0.0, 1e12))
       ->type_name("X")
       ->group(prediction_group);
   s->add_option("--exact", stencil.exact_order,
-                "Taylor with noise: polynomials up to this degree are reproduced all the same (default: 1)")
+                "Taylor with noise: polynomials up to this degree are still reproduced (default: 1)")
       ->check(CLI::Range(0u, largest_taylor_order))
       ->type_name("N")
       ->group(prediction_group);
@@ -49,15 +50,15 @@ void Parser::add_stencil() {
 }
 
 void Parser::add_subdivide() {
-  CLI::App* s = verb(
-      "subdivide",
-      "Subdivide a triangle mesh, keeping its points.\n"
-      "New points are predicted by the modified butterfly (each triangle becomes 4) or sqrt3 (3). Borders "
-      "stay borders. Only positions come along. PLY is written as it is made: this takes memory for "
-      "the input (three times as much for sqrt3 with an odd number of levels) and about a million triangles, "
-      "however large the result.",
-      "maille subdivide cow.off smooth.ply --levels 2\n"
-      "maille subdivide bunny.ply large.ply --scheme sqrt3 --levels 6");
+  CLI::App* s =
+      verb("subdivide",
+           "Subdivide a triangle mesh, keeping its points.\n"
+           "New points are predicted by the modified butterfly (each triangle becomes 4) or sqrt3 "
+           "(3). Borders stay borders. Only positions are kept. PLY is written as it is made: this "
+           "takes memory for the input (three times as much for sqrt3 with an odd number of levels) "
+           "and about a million triangles, however large the result.",
+           "maille subdivide cow.off smooth.ply --levels 2\n"
+           "maille subdivide bunny.ply large.ply --scheme sqrt3 --levels 6");
   add_file(s, "-i,--input,IN", subdivide.input, "Mesh to read; - is standard input")->required();
   add_file(s, "-o,--output,OUT", subdivide.output, "File to write; - is standard output")->required();
   add_input_format(s, subdivide.input_format, "IN", files_group);
@@ -67,7 +68,7 @@ void Parser::add_subdivide() {
   one_of(s->add_option("--scheme", raw.scheme, "How points are predicted (default: butterfly)"),
          {"butterfly", "sqrt3"})
       ->group(scheme_group);
-  s->add_option("--levels", subdivide.subdivision.levels, "How often (default: 1)")
+  s->add_option("--levels", subdivide.subdivision.levels, "How often to subdivide (default: 1)")
       // 16 levels of the butterfly make 2^32 triangles of each one: more than points can be numbered.
       ->check(CLI::Range(1, 16))
       ->type_name("N")
@@ -76,15 +77,16 @@ void Parser::add_subdivide() {
 }
 
 void Parser::add_generate() {
-  CLI::App* g = verb(
-      "generate",
-      "Generate a mesh of hexahedral blocks from OpenFOAM's blockMeshDict.\n"
-      "Blocks with gradings, edges that are arcs, splines, polylines, zones, patches: the mesh is that of "
-      "blockMesh, cell by cell and point by point. docs/generate.md says what is supported. Points and "
-      "cells come in blockMesh's order unless --any-order is given.",
-      "maille generate system/blockMeshDict mesh.maille\n"
-      "maille generate system/blockMeshDict fine.maille --refine 4\n"
-      "maille generate system/blockMeshDict --count --refine 20");
+  CLI::App* g =
+      verb("generate",
+           "Generate a mesh of hexahedral blocks from OpenFOAM's blockMeshDict.\n"
+           "Gradings, edges that are arcs, splines or polylines, projections, zones and patches are "
+           "understood. The mesh is that of blockMesh, cell by cell and, unless something is "
+           "projected, point by point; docs/generate.md says what is supported. Points and cells "
+           "come in blockMesh's order unless --any-order is given.",
+           "maille generate system/blockMeshDict mesh.maille\n"
+           "maille generate system/blockMeshDict fine.maille --refine 4\n"
+           "maille generate system/blockMeshDict --count --refine 20");
   add_file(g, "-i,--input,DICT", generate.input, "blockMeshDict to read")->required();
   add_file(g, "-o,--output,OUT", generate.output, "File to write; - is standard output");
   add_output_format(g, generate.output_format, "by extension", formats_to_write());
@@ -94,34 +96,33 @@ void Parser::add_generate() {
       ->type_name("N")
       ->group(scheme_group);
   g->add_flag("--any-order", generate.generation.streaming_order,
-              "Sweep blocks side by side together, so that few points are in use at any time")
+              "Sweep blocks that lie side by side together, so that few points are in use at any time")
       ->group(scheme_group);
-  g->add_option(
-       "--pieces", generate.pieces,
-       "Into .maille: in pieces that are read alone, of about so many cells each, or auto, by way of "
-       "temporary files (default: off)")
+  g->add_option("--pieces", generate.pieces,
+                "For .maille: cut the mesh into pieces of about N cells (auto: 262,144) that can be read "
+                "alone; this takes temporary files (default: off)")
       ->check(CLI::Range(uint64_t{1}, uint64_t{1} << 32) | CLI::IsMember({"auto", "off"}))
       ->type_name("N|auto|off")
       ->group(scheme_group);
-  g->add_flag("--count", generate.count, "Generate all of it, count, and write nothing; needs no memory")
+  g->add_flag("--count", generate.count,
+              "Generate everything, but only count, and write nothing; this takes hardly any memory")
       ->group(scheme_group);
   add_work(g, generate.common);
 }
 
 void Parser::add_bench() {
-  CLI::App* b = verb(
-      "bench",
-      "Measure maille on meshes of your own, at all levels and beside other codecs.\n"
-      "Positions and faces only, the same integers for every codec, one thread, CPU seconds, the best of "
-      "several; memory "
-      "is what the work needed on top of the mesh. Each codec first runs in a process of its own, so one "
-      "that crashes costs its row only. Codecs that were not there when maille was built are named. Below "
-      "comes "
-      "the whole file with all its arrays, bit for bit, beside packers of any bytes. Exit code 1 when a mesh "
-      "did not come back from maille.",
-      "maille bench dragon.ply                        # minutes for a million faces\n"
-      "maille bench --levels 2,5,9 --codec maille,draco *.ply\n"
-      "maille bench --lossless --against 'xz -9' --json dragon.ply | jq '.[0].codecs[].ratio'");
+  CLI::App* b =
+      verb("bench",
+           "Measure maille on meshes of your own, at all levels and beside other codecs.\n"
+           "Only positions and faces are compressed, and every codec gets the same integers. Times "
+           "are CPU seconds of one thread, the best of several runs; memory is what the work needed "
+           "on top of the mesh. Each codec first runs in a process of its own, so that a crash "
+           "costs only its row. Codecs that were missing when maille was built are named. A second "
+           "table compares the whole file with all its arrays, bit for bit, with packers of any "
+           "bytes. The exit code is 1 if a mesh did not come back from maille.",
+           "maille bench dragon.ply                        # minutes for a million faces\n"
+           "maille bench --levels 2,5,9 --codec maille,draco *.ply\n"
+           "maille bench --lossless --against 'xz -9' --json dragon.ply | jq '.[0].codecs[].ratio'");
   b->add_option("FILE", bench.inputs, "Meshes to measure; - is standard input")
       ->type_name("FILE")
       ->required()
@@ -147,7 +148,8 @@ void Parser::add_bench() {
       ->type_name("NAME,...")
       ->group(answer_group);
   b->add_option("--against", bench.against,
-                "The codec sizes are relative to (default: the first in the table that is not maille)")
+                "The codec that sizes are relative to (default: the first in the table that is not "
+                "maille)")
       ->type_name("NAME")
       ->group(answer_group);
   b->add_option("--repeat", bench.repeat,

@@ -56,8 +56,9 @@ Result<double> parse_value(const std::string& option, const std::string& text, T
                      fmt::format("{}: {} is not a whole number from 1 to {}", option, text, largest_bits));
     }
   } else if (!(value > 0)) {
+    const char* meant = kind == Tolerance::Kind::psnr ? "ratio" : "error allowed";
     return failure(ErrorCode::usage,
-                   fmt::format("{}: the error allowed must be above 0; leave it out for lossless", option));
+                   fmt::format("{}: the {} must be above 0; leave it out for lossless", option, meant));
   } else if (kind == Tolerance::Kind::pointwise && value >= 1) {
     return failure(ErrorCode::usage,
                    fmt::format("{}: {} is not below 1, so all would become 0", option, text));
@@ -99,23 +100,23 @@ Result<> add(Tolerances& all, const std::string& option, const std::string& text
 
 const std::array<BoundOption, 6> bound_options = {{
     {Tolerance::Kind::absolute, "--error", "-e,--error", "X|NAME=X",
-     "Largest error allowed per coordinate of the positions, in file units, or per component of the array "
-     "NAME; with a % as --rel-error; repeatable"},
+     "Largest error allowed in each coordinate of the positions, in file units, or in each "
+     "component of the array NAME; X% means --rel-error; repeatable"},
     {Tolerance::Kind::relative, "--rel-error", "--rel-error", "X|NAME=X",
-     "The same as a fraction of the bounding box diagonal (positions) or of the range of values (NAME), the "
-     "widest one of all components; repeatable"},
+     "The same as a fraction of the diagonal of the bounding box (positions) or of the range "
+     "of values (NAME: of the component with the widest range); repeatable"},
     {Tolerance::Kind::pointwise, "--pw-rel-error", "--pw-rel-error", "X|NAME=X",
-     "The same as a fraction of each value, below 1: zeros and signs are kept; mode stream; repeatable"},
+     "The same as a fraction (below 1) of each value, so that zeros and signs are kept; only "
+     "for mode stream; repeatable"},
     {Tolerance::Kind::norm, "--norm-error", "--norm-error", "X|NAME=X",
-     "Largest length of the error of a vector: of positions, or of the tuples of NAME; repeatable"},
+     "Largest length of the error vector of each position, or of each tuple of the array "
+     "NAME; repeatable"},
     {Tolerance::Kind::psnr, "--psnr", "--psnr", "DB|NAME=DB",
-     "Least ratio of peak signal to noise, in decibels: 20 log10 of the range over the root of the mean "
-     "squared "
-     "error; repeatable"},
+     "Least peak signal-to-noise ratio, in decibels: 20 log10 of the range divided by the "
+     "root of the mean squared error; repeatable"},
     {Tolerance::Kind::bits, "--bits", "--bits", "N|NAME=N",
-     "Lattice of 2^N values over the longest side of the bounding box (positions) or over the range of "
-     "values "
-     "(NAME); repeatable"},
+     "Round to a lattice of 2^N values over the longest side of the bounding box (positions) "
+     "or over the range of values (NAME); repeatable"},
 }};
 
 Result<Tolerances> parse_tolerances(const CompressOptions& options) {

@@ -10,7 +10,7 @@ namespace {
 constexpr std::array<const char*, efforts.size()> summaries = {
     "surfaces in two thirds of the time of -2, both ways",
     "surfaces a tenth smaller than at -1",
-    "volumes a tenth smaller than at -2, at two thirds of the speed; surfaces hardly",
+    "volumes a tenth smaller than at -2, at two thirds of the speed; surfaces hardly smaller",
     "surfaces a fifth smaller than at -5, decoded at a thirtieth of the speed; fields of volumes a few "
     "percent",
 };
