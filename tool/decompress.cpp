@@ -12,6 +12,7 @@
 #include "gltf.h"
 #include "in_parts.h"
 #include "result.h"
+#include "spelling.h"
 #include "summary.h"
 #include "text.h"
 #include "verbs.h"
@@ -52,11 +53,15 @@ Result<uint64_t> step_of(const DecompressOptions& options, const Source& source)
   if (!options.time) return options.step.value_or(0);
   const FileInfo info = TOOL_TRY(inspect(source));
   std::vector<double> times;
+  std::optional<uint64_t> near;
   for (const FileTime& time : times_of(info)) {
-    // The comparison is exact: times are printed with as many digits as a double needs to be read back.
     if (time.time == *options.time) return time.step;
+    // Solvers add up their steps of time: 0.30000000000000004 is what a user calls 0.3. 1e-9 is far above
+    // such roundings, and far below the distance of any two times.
+    if (std::abs(time.time - *options.time) <= 1e-9 * std::abs(*options.time)) near = time.step;
     times.push_back(time.time);
   }
+  if (near) return *near;
   // A message of more times than these would be no help; then the two nearest are named.
   constexpr size_t most_named = 10;
   const bool all = times.size() <= most_named;
@@ -77,7 +82,6 @@ Result<uint64_t> step_of(const DecompressOptions& options, const Source& source)
                                                info.steps.size())));
 }
 
-/// An unknown name is an error, not an output without that array, because it is mostly a typing mistake.
 Result<> check_arrays(const Source& source, const std::vector<std::string>& wanted, uint64_t step) {
   const FileInfo info = TOOL_TRY(inspect(source));
   std::vector<std::string> known;
@@ -86,13 +90,7 @@ Result<> check_arrays(const Source& source, const std::vector<std::string>& want
   } else {
     known = info.steps[step - 1].arrays;
   }
-  for (const std::string& name : wanted) {
-    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
-    return failure(ErrorCode::usage, fmt::format("{}: has no array '{}'; it has: {}", source.name(), name,
-                                                 known.empty() ? "positions and faces only"
-                                                               : fmt::format("{}", fmt::join(known, ", "))));
-  }
-  return {};
+  return check_names(source.name(), wanted, known);
 }
 
 /// One file holds one time: that there are more is said, unless one was asked for.

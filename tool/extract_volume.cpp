@@ -7,6 +7,7 @@
 
 #include "part_output.h"
 #include "result.h"
+#include "spelling.h"
 #include "summary.h"
 #include "text.h"
 #include "volume_cells.h"
@@ -123,9 +124,10 @@ Result<ExtractedVolume> extract_cells(const ExtractOptions& options, const Input
   ExtractedVolume found = TOOL_TRY(file.extract(query));
   for (const std::string& problem : found.problems) complain(problem);
   if (found.mesh.cell_count() == 0) {
-    return failure(ErrorCode::usage,
-                   fmt::format("{}: no cell is wanted: nothing of the mesh lies there, or has such values",
-                               input_name(options.input)));
+    const bool damaged = !found.problems.empty();
+    return failure(damaged ? ErrorCode::corrupt : ErrorCode::usage,
+                   fmt::format("{}: no cell{} lies there or has such values", input_name(options.input),
+                               damaged ? " outside of the damage" : ""));
   }
   if (!options.numbers) return found;
   if (found.cell_numbers.empty()) {
@@ -164,6 +166,8 @@ Result<Region> region_of(const ExtractOptions& options) {
       return failure(ErrorCode::usage, "--box: the lowest corner comes first, then the highest");
     }
   }
+  if (!options.sphere.empty() && !(options.sphere[3] >= 0))
+    return failure(ErrorCode::usage, "--sphere: the last number is its radius, which must not be negative");
   if (!options.sphere.empty()) region.sphere = Sphere{point(options.sphere, 0), options.sphere[3]};
   return region;
 }
@@ -209,6 +213,8 @@ Result<int> extract_volume(const ExtractOptions& options, const Input& input, co
   decoding.step = options.step;
   decoding.executor = threads.executor();
   const VolumeFile file = TOOL_TRY(VolumeFile::open(*input.source, decoding));
+  if (options.arrays)
+    TOOL_CHECK(check_names(input_name(options.input), *options.arrays, arrays_of(file.description())));
   ExtractedVolume found;
   if (options.coarse) {
     found.mesh = TOOL_TRY(file.coarse());

@@ -1,9 +1,11 @@
 #include "spelling.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 
+#include "result.h"
 #include "text.h"
 
 namespace maille::tool {
@@ -55,6 +57,17 @@ std::string nearest_word(std::string_view word, const std::vector<std::string>& 
 std::string suggestion(std::string_view word, const std::vector<std::string>& candidates) {
   const std::string nearest = nearest_word(word, candidates);
   return nearest.empty() ? "" : fmt::format(" (did you mean '{}'?)", nearest);
+}
+
+Result<> check_names(const std::string& file, const std::vector<std::string>& wanted,
+                     const std::vector<std::string>& known) {
+  for (const std::string& name : wanted) {
+    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+    return failure(ErrorCode::usage, fmt::format("{}: has no array '{}'; it has: {}", file, name,
+                                                 known.empty() ? "positions and faces only"
+                                                               : fmt::format("{}", fmt::join(known, ", "))));
+  }
+  return {};
 }
 
 }  // namespace maille::tool

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <maille/error.h>
+
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,5 +16,10 @@ std::string nearest_word(std::string_view word, const std::vector<std::string>& 
 
 /// " (did you mean 'X'?)", or nothing.
 std::string suggestion(std::string_view word, const std::vector<std::string>& candidates);
+
+/// An unknown name of an array is an error (usage), not an output without that array, because it is mostly a
+/// typing mistake.
+Result<> check_names(const std::string& file, const std::vector<std::string>& wanted,
+                     const std::vector<std::string>& known);
 
 }  // namespace maille::tool

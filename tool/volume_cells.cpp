@@ -7,15 +7,20 @@
 
 #include "progress.h"
 #include "result.h"
+#include "spelling.h"
 
 namespace maille::tool {
 
 namespace {
 
-void keep_arrays(const std::vector<std::string>& names, Mesh& mesh) {
+Result<> keep_arrays(const std::vector<std::string>& names, const std::string& file, Mesh& mesh) {
+  std::vector<std::string> known;
+  for (const Array& array : mesh.arrays) known.push_back(array.name);
+  TOOL_CHECK(check_names(file, names, known));
   std::erase_if(mesh.arrays, [&](const Array& array) {
     return std::find(names.begin(), names.end(), array.name) == names.end();
   });
+  return {};
 }
 
 DecodeOptions decoding_of(const VolumeOptions& options, const Threads& threads) {
@@ -28,6 +33,13 @@ DecodeOptions decoding_of(const VolumeOptions& options, const Threads& threads) 
 }
 
 }  // namespace
+
+std::vector<std::string> arrays_of(const StreamDescription& description) {
+  std::vector<std::string> names;
+  for (const StreamArray& array : description.arrays) names.push_back(array.name);
+  for (const Array& array : description.mesh_arrays) names.push_back(array.name);
+  return names;
+}
 
 // The index tells how much the query needs, and that much more may be fetched: the limit guards against
 // surprises only.
@@ -55,6 +67,10 @@ Result<VolumeInput> VolumeInput::open(const VolumeOptions& options) {
   const Input& input = volume.input_;
   if (input.is_maille && TOOL_TRY(mode_of(*input.source)) == Mode::stream) {
     volume.file_ = TOOL_TRY(VolumeFile::open(*input.source, decoding_of(options, volume.threads_)));
+    if (options.arrays) {
+      TOOL_CHECK(
+          check_names(input_name(options.input), *options.arrays, arrays_of(volume.file_->description())));
+    }
     return volume;
   }
   if (options.step != 0)
@@ -63,7 +79,7 @@ Result<VolumeInput> VolumeInput::open(const VolumeOptions& options) {
   ProgressDisplay progress(options.common.progress, options.common.quiet);
   volume.mesh_ = TOOL_TRY(load(input, options.common, progress)).mesh;
   progress.clear();
-  if (options.arrays) keep_arrays(*options.arrays, volume.mesh_);
+  if (options.arrays) TOOL_CHECK(keep_arrays(*options.arrays, input_name(options.input), volume.mesh_));
   return volume;
 }
 

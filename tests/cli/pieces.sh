@@ -49,5 +49,8 @@ maille append -q --time 2.5 grid.maille grid.vtu
 maille extract -q grid.maille step.vtu --box 0,0,0,0.05,0.02,0.05 --step 1 --numbers
 maille diff --same-order step.vtu same.vtu
 try maille extract grid.maille none.vtu --step 2
+maille decompress -q grid.maille later.vtu --time 2.5000000001
+try maille probe grid.maille --at 0.05,0.05,0.05 --arrays T
+try maille extract grid.maille none.vtu --sphere 0,0,0,-1
 maille verify grid.maille
 files_like 'none*'

@@ -14,9 +14,12 @@ namespace {
 constexpr CellType no_type = CellType{0};
 
 /// How many points a pass looks at, with a bit each: a quarter of the memory, at least 8,192 points, and
-/// whole words.
+/// whole words. A limit below what the process takes is refused in the end, with the least that will do; to
+/// find that takes a megabyte, as hundreds of passes over a large mesh would take hours.
 uint64_t most_points_of(const WorkingSpace& space) {
-  return std::max<uint64_t>(working_memory(space) / 4, 1024) / 8 * 64;
+  constexpr uint64_t to_refuse = uint64_t{1} << 20;
+  const uint64_t least = space.limit <= WorkingSpace::of_process ? to_refuse : 1024;
+  return std::max(working_memory(space) / 4, least) / 8 * 64;
 }
 
 }  // namespace

@@ -95,6 +95,14 @@ Box box_of(const PieceRecord& piece) {
   return box;
 }
 
+tl::unexpected<Error> no_array(const std::string& file, const std::string& name,
+                               const std::vector<StreamArray>& arrays) {
+  std::string known;
+  for (const StreamArray& array : arrays) known += (known.empty() ? "" : ", ") + array.name;
+  return failure(ErrorCode::usage,
+                 file + ": has no array named \"" + name + "\"; it has " + (known.empty() ? "none" : known));
+}
+
 }  // namespace
 
 // Names and components are checked once, so that the tests of pieces and cells can index by number.
@@ -109,8 +117,7 @@ Result<CheckedQuery> CheckedQuery::check(const VolumeQuery& query, const PieceRe
   for (const ValueCondition& wanted : query.conditions) {
     const auto found = std::find_if(arrays.begin(), arrays.end(),
                                     [&](const StreamArray& array) { return array.name == wanted.array; });
-    if (found == arrays.end())
-      return failure(ErrorCode::usage, file.name() + ": has no array named \"" + wanted.array + "\"");
+    if (found == arrays.end()) return no_array(file.name(), wanted.array, arrays);
     if (wanted.component && *wanted.component >= found->components) {
       return failure(ErrorCode::usage, file.name() + ": array \"" + wanted.array + "\" has " +
                                            std::to_string(found->components) +
