@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <maille/decode.h>
 #include <maille/file.h>
+#include <maille/http.h>
 #include <maille/series.h>
 #include <maille/stream.h>
 
@@ -282,6 +283,10 @@ Result<AppendedSteps> append_series(const AppendOptions& options, const std::str
 }  // namespace
 
 Result<int> run(const AppendOptions& options) {
+  if (is_url(options.file)) {
+    return failure(ErrorCode::usage, shown_url(options.file) +
+                                         ": append writes into the file, which has to be on this machine");
+  }
   const Tolerances tolerances = TOOL_TRY(parse_tolerances(options.quality));
   if (tolerances.positions) {
     return failure(ErrorCode::usage, "append: a step has no positions; bounds are of arrays, NAME=X");

@@ -281,7 +281,8 @@ std::string info_text(const FileInfo& info, const std::string& name, const std::
                         counted(info.most_points_in_use, "point"),
                         human_bytes(static_cast<double>(info.decode_bytes)));
   }
-  if (info.parts > 1) text += fmt::format("parts:   {}\n", info.parts);
+  if (info.parts > 1)
+    text += fmt::format("{:<8} {}\n", info.mode == Mode::stream ? "pieces:" : "parts:", info.parts);
   if (!info.faces_of_level.empty()) {
     text += fmt::format("levels:  {}, the coarsest of {}\n", info.faces_of_level.size(),
                         counted(info.faces_of_level.back(), word));

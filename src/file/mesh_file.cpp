@@ -36,7 +36,9 @@ Result<> check_bounds(const EncodeOptions& options) {
   bool any = is_pointwise(options.positions);
   for (const auto& [name, bound] : options.arrays) any = any || is_pointwise(bound);
   if (!any || options.mode == Mode::stream) return {};
-  return failure(ErrorCode::usage, "errors relative to each number are for files of mode \"stream\"");
+  return failure(ErrorCode::usage,
+                 "bounds relative to each number are for mode \"stream\" only; other modes take bounds "
+                 "relative to the range of values");
 }
 
 bool is_solid(CellType type) {
