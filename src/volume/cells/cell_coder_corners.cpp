@@ -84,11 +84,9 @@ template <class Add>
 void for_each_in_open_faces(const Hull::Cell& cell, unsigned corner, Add add) {
   const CellShape& shape = Hull::shape_of(cell);
   for (unsigned faces = cell.open & shape.faces_at[corner]; faces != 0; faces &= faces - 1) {
-    const CellFace& face = shape.face[static_cast<unsigned>(__builtin_ctz(faces))];
-    unsigned i = 0;
-    while (face.corner[i] != corner) ++i;
-    add(cell.corner[face.corner[i == 0 ? face.size - 1u : i - 1]]);
-    add(cell.corner[face.corner[i + 1u < face.size ? i + 1 : 0]]);
+    const CellShape::Beside& beside = shape.beside[static_cast<unsigned>(__builtin_ctz(faces))][corner];
+    add(cell.corner[beside.before]);
+    add(cell.corner[beside.after]);
   }
 }
 
@@ -213,9 +211,9 @@ template <class Coder>
 void CellCoder<Coder>::glue_the_rest() {
   const CellShape& shape = cell_.shape();
   for (unsigned f = 0; f < shape.faces; ++f) {
-    if (cell_.is_glued(f)) continue;
+    if (cell_.is_glued(f) || (shape.corners_of[f] & ~cell_.known) != 0) continue;
     std::array<uint32_t, 4> slots{};
-    if (cell_.known_of(shape.face[f], slots) < shape.face[f].size) continue;
+    cell_.known_of(shape.face[f], slots);
     bool open = true;
     for (unsigned i = 0; i < shape.face[f].size; ++i) open = open && hull_.point(slots[i]).open() != 0;
     if (!open) continue;

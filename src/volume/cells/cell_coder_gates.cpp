@@ -25,15 +25,10 @@ struct Beyond {
   uint8_t next_to_a, next_to_b;
 };
 Beyond find_beyond(const CellShape& shape, const CellFace& base, unsigned i) {
-  const CellFace& face = shape.face[base.across[i]];
   const unsigned a = base.corner[i], b = base.corner[i + 1u < base.size ? i + 1 : 0];
-  unsigned at = 0;
-  while (face.corner[at] != a) ++at;
-  const unsigned after = at + 1u < face.size ? at + 1 : 0, before = at == 0 ? face.size - 1u : at - 1;
-  const uint8_t next_to_a = face.corner[face.corner[after] == b ? before : after];
-  // In a quad the corner opposite to `at` is two steps on, and steps modulo 4 by two are an exclusive or with
-  // 2.
-  return {next_to_a, face.size == 3 ? next_to_a : face.corner[at ^ 2u]};
+  const auto& beside = shape.beside[base.across[i]];
+  return {beside[a].before == b ? beside[a].after : beside[a].before,
+          beside[b].before == a ? beside[b].after : beside[b].before};
 }
 
 /// By kind and face: at each edge. A table, because this is asked for each edge of each cell; made on first
@@ -333,10 +328,8 @@ template <class Coder>
 void CellCoder<Coder>::glue_beside() {
   const CellShape& shape = cell_.shape();
   for (unsigned f = 0; f < shape.faces; ++f) {
+    if (cell_.is_glued(f) || (shape.corners_of[f] & ~cell_.known) != 0) continue;
     const CellFace& face = shape.face[f];
-    unsigned known = 0;
-    for (unsigned i = 0; i < face.size; ++i) known += cell_.has(face.corner[i]) ? 1u : 0u;
-    if (cell_.is_glued(f) || known < face.size) continue;
     for (unsigned i = 0; i < face.size && !cell_.is_glued(f); ++i) {
       const unsigned beside = face.across[i];
       if (!cell_.is_glued(beside)) continue;
@@ -361,21 +354,29 @@ unsigned CellCoder<Coder>::code_borders(Coder& coder) {
   unsigned gates = 0;
   const unsigned at_border =
       encoding && borders_ != nullptr && ordinal_ < borders_->size() ? (*borders_)[ordinal_] : 0;
+  const auto corners_on_border = [&] {
+    unsigned marked = 0;
+    for (unsigned i = 0; i < shape.corners; ++i)
+      marked |= (gates_->on_border(cell_.corner[i]) ? 1u : 0u) << i;
+    return marked;
+  };
+  unsigned marked = corners_on_border();
   for (unsigned f = 0; f < shape.faces; ++f) {
     if (cell_.is_glued(f)) continue;
     const CellFace& face = shape.face[f];
-    unsigned known = 0, fresh = 0;
-    for (unsigned i = 0; i < face.size; ++i) {
-      known += gates_->on_border(cell_.corner[face.corner[i]]);
-      fresh += cell_.is_fresh(face.corner[i]);
-    }
+    const unsigned known = bits_in(marked & shape.corners_of[f]);
+    const unsigned fresh = bits_in(cell_.fresh & shape.corners_of[f]);
     const unsigned context =
         (known < 4 ? known : 3u) | (fresh < 4 ? fresh : 3u) << 2 | (face.size == 4 ? 16u : 0);
     const bool border =
         decide_by(gate_models_->border[cell_.kind * 64 + context], coder, (at_border >> f & 1) != 0,
                   border_here, context | cell_.kind << 6, anchor_signature_, f | cell_.glued << 3);
-    if (!border) gates |= 1u << f;
-    for (unsigned i = 0; i < face.size && border; ++i) gates_->mark_border(cell_.corner[face.corner[i]]);
+    if (!border) {
+      gates |= 1u << f;
+      continue;
+    }
+    for (unsigned i = 0; i < face.size; ++i) gates_->mark_border(cell_.corner[face.corner[i]]);
+    marked = corners_on_border();  // of all corners, as two may be one point
   }
   return gates;
 }

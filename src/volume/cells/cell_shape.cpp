@@ -64,6 +64,11 @@ constexpr CellShape outline(CellType type, unsigned dimension, unsigned corners,
     for (const uint8_t corner : corners_of_face) {
       face.corner[face.size++] = corner;
       shape.faces_at[corner] = static_cast<uint8_t>(shape.faces_at[corner] | 1u << shape.faces);
+      shape.corners_of[shape.faces] = static_cast<uint8_t>(shape.corners_of[shape.faces] | 1u << corner);
+    }
+    for (unsigned i = 0; i < face.size; ++i) {
+      shape.beside[shape.faces][face.corner[i]] = {face.corner[(i + face.size - 1u) % face.size],
+                                                   face.corner[(i + 1u) % face.size]};
     }
     join_around(shape, face);
     if (face.size == 4)

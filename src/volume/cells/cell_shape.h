@@ -34,6 +34,12 @@ struct CellShape {
   uint8_t nodes =
       0;  ///< corners and what comes behind them: nodes in the middle of edges, faces, and the cell
   std::array<CellFace, most_faces> face{};
+  std::array<uint8_t, most_faces> corners_of{};  ///< by face, a bit for each corner
+  /// By face and corner of it: the corners before and after in the cycle.
+  struct Beside {
+    uint8_t before = 0, after = 0;
+  };
+  std::array<std::array<Beside, most_corners>, most_faces> beside{};
   std::array<uint8_t, most_corners> faces_at{};  ///< by corner, a bit for each face
   std::array<uint8_t, most_corners>
       neighbours{};  ///< by corner, a bit for each corner joined to it by an edge
