@@ -242,9 +242,20 @@ Result<Compressed> compress_whole(const Input& input, const CompressOptions& opt
   return Compressed{std::move(report), input_bytes(input), volume ? "cell" : "face"};
 }
 
+/// What is known of a .maille file of mode stream, which unlike a pipe can be read twice. What is wrong with
+/// a file is told by its decoder.
+std::optional<FileInfo> stream_info(const std::string& path) {
+  if (path == "-" || !is_regular(path)) return std::nullopt;
+  const auto source = unmapped_source(path);
+  if (!source || !is_maille(**source)) return std::nullopt;
+  auto info = inspect(**source);
+  if (!info || info->mode != Mode::stream) return std::nullopt;
+  return *std::move(info);
+}
+
 /// Tries the ways from the least memory to the most: in parts if the input can be read so, from stream to
-/// stream if it is a .maille stream, and otherwise with the whole mesh in memory. An empty value means that a
-/// way does not apply.
+/// stream if it is a .maille stream that is piped or large, and otherwise with the whole mesh in memory. An
+/// empty value means that a way does not apply.
 Result<Compressed> compress(const CompressOptions& options, const Tolerances& tolerances,
                             const std::string& output) {
   auto parts = TOOL_TRY([&] {
@@ -258,7 +269,12 @@ Result<Compressed> compress(const CompressOptions& options, const Tolerances& to
   // Standard input cannot be read twice, so the bytes that were read to recognise a stream are passed on to
   // the next way.
   std::vector<std::byte> begin;
-  const bool may_be_stream = (options.input_format.empty() || options.input_format == "maille") &&
+  const auto known = stream_info(options.input);
+  if (known) say_notes(input_name(options.input), notes_of_steps(*known), options.common.quiet);
+  const bool in_memory = known && options.delay == 0 &&
+                         fits_in_memory(known->points, known->corners, known->file_bytes, options.common);
+  const bool may_be_stream = !in_memory &&
+                             (options.input_format.empty() || options.input_format == "maille") &&
                              (!options.mode || options.mode == Mode::stream) && options.arrays.takes_all() &&
                              (!options.any_order || options.delay > 0 || wants_pieces(options));
   if (may_be_stream) {
@@ -273,7 +289,10 @@ Result<Compressed> compress(const CompressOptions& options, const Tolerances& to
                           tolerances, output);
   }
   const Input input = TOOL_TRY(open_input(options.input, options.input_format));
-  return compress_whole(input, options, tolerances, output);
+  CompressOptions as_known = options;
+  if (known && !options.time) as_known.time = known->time;
+  if (known && known->order == Order::canonical) as_known.any_order = !options.keep_order;
+  return compress_whole(input, as_known, tolerances, output);
 }
 
 }  // namespace

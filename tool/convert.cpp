@@ -70,6 +70,9 @@ Result<int> run(const ConvertOptions& options) {
       TOOL_CHECK(sink.commit());
     }
   }
+  if (input.is_maille)
+    say_notes(input_name(options.input), notes_of_steps(TOOL_TRY(inspect(*input.source))),
+              options.common.quiet);
   say_notes(output_name(options.output), notes, options.common.quiet);
   TOOL_CHECK(report(options, loaded.mesh, input.source->size(), sink.count(), notes));
   return 0;

@@ -68,6 +68,13 @@ bool is_regular(const std::string& path) {
   return stat(path.c_str(), &status) == 0 && S_ISREG(status.st_mode);
 }
 
+// Estimated, not measured. As doubles, since counts of a damaged file may be anything.
+bool fits_in_memory(uint64_t points, uint64_t corners, uint64_t file_bytes, const CommonOptions& common) {
+  const double bytes = 64.0 * static_cast<double>(corners) + 128.0 * static_cast<double>(points) +
+                       static_cast<double>(file_bytes);
+  return bytes < static_cast<double>(std::min(small_bytes, common.memory));
+}
+
 std::optional<uint64_t> cells_of_piece(const std::string& pieces) {
   if (pieces.empty() || pieces == "off") return std::nullopt;
   return pieces == "auto" ? cells_of_volume_piece : std::stoull(pieces);
@@ -259,9 +266,7 @@ Result<std::optional<InputInParts>> open_in_parts(const CompressOptions& options
   if (!solid && is_unreadable(solid.error())) return tl::unexpected(solid.error());
   if (!solid || !*solid) return std::nullopt;
   const MeshDescription& description = (*mesh)->description();
-  // What the mesh, its order and its coders take in memory, about.
-  const uint64_t bytes = 64 * description.corners + 128 * description.points + (*source)->size();
-  if (bytes < std::min(small_bytes, options.common.memory)) {
+  if (fits_in_memory(description.points, description.corners, (*source)->size(), options.common)) {
     if (cells_of_piece(options.pieces)) return std::nullopt;
     // In memory, cells in no order can be coded in a better one with theirs beside it.
     // The estimate was 44 to 60 % of all instructions for 30,000 tetrahedra, so it comes last.

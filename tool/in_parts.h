@@ -32,6 +32,9 @@ Result<EncodeReport> compress_in_parts(InputInParts& input, Sink& sink, const En
 
 /// What work in parts may use. `reorder`: to put cells in order.
 WorkingSpace space_for(const CommonOptions& common, const std::string& output, bool reorder);
+/// Whether a volume can be held in memory with its order and its coders: then all its numbers can be looked
+/// at before they are coded.
+bool fits_in_memory(uint64_t points, uint64_t corners, uint64_t file_bytes, const CommonOptions& common);
 /// What --pieces asks for; nothing: one stream.
 std::optional<uint64_t> cells_of_piece(const std::string& pieces);
 

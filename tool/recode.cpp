@@ -125,7 +125,8 @@ class Recoder {
   /// call for each cell would cost more than the cell.
   Result<size_t> add_run(const StreamPortion& portion, size_t i, size_t next_block) {
     const uint64_t nodes = portion.offsets[i + 1] - portion.offsets[i];
-    size_t end = portion.cell_count();
+    const bool polyhedron = portion.types[i] == CellType::polyhedron;
+    size_t end = polyhedron ? i + 1 : portion.cell_count();
     if (next_block < portion.blocks.size())
       end = std::min<size_t>(end, portion.blocks[next_block].first_cell - portion.first_cell);
     size_t next = i + 1;
@@ -137,8 +138,15 @@ class Recoder {
       cells_.push_back(
           Bytes(portion.cell_arrays[k]).subspan(i * cell_sizes_[k], (next - i) * cell_sizes_[k]));
     const size_t begin = portion.offsets[i], corners = (next - i) * nodes;
-    TOOL_CHECK(writer_.add_cells(portion.types[i], std::span(portion.connectivity).subspan(begin, corners),
-                                 std::span(flags_).subspan(begin, corners), cells_, nodes));
+    const auto points = std::span(portion.connectivity).subspan(begin, corners);
+    const auto last = std::span(flags_).subspan(begin, corners);
+    if (polyhedron) {
+      const uint64_t face = portion.cell_faces[i], faces = portion.cell_faces[i + 1] - face;
+      TOOL_CHECK(
+          writer_.add_polyhedron(std::span(portion.face_sizes).subspan(face, faces), points, last, cells_));
+    } else {
+      TOOL_CHECK(writer_.add_cells(portion.types[i], points, last, cells_, nodes));
+    }
     return next - i;
   }
 
@@ -229,6 +237,7 @@ Result<EncodeReport> compress_stream(InputStream& input, Sink& sink, const Encod
   options.provenance = encoding.provenance;
   options.effort = encoding.effort;
   options.any_order = from.any_order || encoding.order == Order::canonical;
+  options.time = encoding.time;
   options.executor = encoding.executor;
   StreamWriter writer = TOOL_TRY(StreamWriter::begin(sink, options));
   TOOL_CHECK(add_all(input, writer, progress));

@@ -96,6 +96,12 @@ std::string dump(const Json& json) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
+std::vector<std::string> notes_of_steps(const FileInfo& info) {
+  if (info.steps.empty()) return {};
+  return {fmt::format("left out: {} of time; to keep them, decompress into a .pvd, and compress that",
+                      counted(info.steps.size(), "step"))};
+}
+
 const char* cell_word(const Mesh& mesh) {
   const auto is_solid = [](uint8_t type) { return dimension_of(static_cast<CellType>(type)) == 3; };
   const bool solids = std::any_of(mesh.blocks.begin(), mesh.blocks.end(), [&](const CellBlock& block) {

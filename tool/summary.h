@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 // Arrays as rows of a table and as JSON, the same for compress, info and verify.
 namespace maille::tool {
@@ -24,6 +25,9 @@ Json summary_json(const EncodeReport& report, const std::string& input, const st
 std::string info_text(const FileInfo& info, const std::string& name, const std::optional<Sphere>& sphere,
                       bool tree, bool chunks);
 Json info_json(const FileInfo& info, const std::string& name, const std::optional<Sphere>& sphere);
+
+/// Of a file that is read as one mesh: that its steps of time are left out, and how to keep them.
+std::vector<std::string> notes_of_steps(const FileInfo& info);
 
 /// A JSON text with a newline at its end; names that are not UTF-8 do not make it fail.
 std::string dump(const Json& json);

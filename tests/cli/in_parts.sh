@@ -31,3 +31,9 @@ try maille decompress -q --memory 3M generated.maille --output-format polymesh p
 for file in whole/constant/polyMesh/*; do cmp "$file" "parts/constant/polyMesh/${file##*/}"; done
 sed -n "/^(/,\$p" parts/constant/polyMesh/boundary
 files_like 'tmp/*'
+# Polyhedra come through pipes, too; a file with steps of time is compressed again without them, and says so.
+maille compress -q "$HERE/../formats/polyhedra.vtu" - | maille compress -q - polyhedra.maille
+maille diff polyhedra.maille "$HERE/../formats/polyhedra.vtu"
+maille append -q --time 1 again.maille cube.vtu
+maille compress -f again.maille once.maille 2>&1 | grep note
+maille diff --same-order again.maille once.maille
