@@ -176,8 +176,10 @@ bool measure(const Array& array, const Allowed& allowed, Executor& executor, Arr
     maps.maximum_error = std::max(maps.maximum_error, chunk.error);
     maps.exceptions.insert(maps.exceptions.end(), chunk.exceptions.begin(), chunk.exceptions.end());
   }
-  // Chunks have fixed ends and their sums are added in order, so the result does not depend on threads.
-  return !(squares > allowed.mean_square * static_cast<double>(count));
+  // Chunks have fixed ends and their sums are added in order, so the result does not depend on threads. The
+  // mean is that of finite numbers: others come back exactly, and would make it smaller than it looks.
+  const size_t finite = count - (maps.exceptions.size() - outliers);
+  return !(squares > allowed.mean_square * static_cast<double>(finite));
 }
 
 /// Are all numbers exactly those of lattice points? Then they were decoded from that lattice and must fall on
