@@ -3,6 +3,7 @@
 #include <maille/decode.h>
 #include <maille/file.h>
 #include <maille/io.h>
+#include <maille/xml.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -60,20 +61,12 @@ Result<uint64_t> write_file(const DecompressOptions& options, const Mesh& mesh, 
   return sink.count();
 }
 
-/// A name of a file may hold what XML reserves; quotes end the attribute.
-std::string in_xml(const std::string& name) {
-  std::string text;
-  for (const char c : name)
-    text += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '"' ? "&quot;" : std::string(1, c);
-  return text;
-}
-
 /// A .pvd file, as ParaView reads it: one DataSet for each time.
 std::string list_of(const std::vector<TimeOfFile>& times) {
   std::string text =
       "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n  <Collection>\n";
   for (const TimeOfFile& time : times)
-    text += fmt::format("    <DataSet timestep=\"{}\" file=\"{}\"/>\n", time.time, in_xml(time.name));
+    text += fmt::format("    <DataSet timestep=\"{}\" file=\"{}\"/>\n", time.time, xml_escaped(time.name));
   return text + "  </Collection>\n</VTKFile>\n";
 }
 

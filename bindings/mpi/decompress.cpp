@@ -1,6 +1,7 @@
 // maille-mpi decompress: a .pvtu and a part for each rank. `maille-mpi compress` and ParaView read it.
 #include <maille/io.h>
 #include <maille/volume_file.h>
+#include <maille/xml.h>
 
 #include <algorithm>
 #include <optional>
@@ -49,27 +50,6 @@ Result<Mesh> read_share(const std::string& path, uint64_t step, const Ranks& ran
   return std::move(mesh);
 }
 
-/// Names of arrays and files may hold what XML gives a meaning.
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out += c;
-    }
-  }
-  return out;
-}
-
 std::string vtk_type(Scalar type) {
   static constexpr const char* names[] = {"Int8",   "UInt8", "Int16",  "UInt16",  "Int32",
                                           "UInt32", "Int64", "UInt64", "Float32", "Float64"};
@@ -77,7 +57,7 @@ std::string vtk_type(Scalar type) {
 }
 
 std::string described(const Array& array) {
-  return "<PDataArray type=\"" + vtk_type(array.type) + "\" Name=\"" + escaped(array.name) +
+  return "<PDataArray type=\"" + vtk_type(array.type) + "\" Name=\"" + xml_escaped(array.name) +
          "\" NumberOfComponents=\"" + std::to_string(array.components) + "\"/>\n";
 }
 
@@ -97,7 +77,7 @@ std::string list_of_parts(const Mesh& mesh, const std::vector<std::string>& part
   arrays(Domain::cell, "PCellData", cell_numbers);
   Array points = make_array("Points", Domain::point, mesh.points.type, 3);
   text += "<PPoints>\n" + described(points) + "</PPoints>\n";
-  for (const std::string& part : parts) text += "<Piece Source=\"" + escaped(part) + "\"/>\n";
+  for (const std::string& part : parts) text += "<Piece Source=\"" + xml_escaped(part) + "\"/>\n";
   return text + "</PUnstructuredGrid>\n</VTKFile>\n";
 }
 

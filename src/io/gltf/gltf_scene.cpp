@@ -261,15 +261,14 @@ Result<std::optional<Mesh>> SceneMaker::make(std::vector<std::string>& notes) {
   constexpr uint64_t most_often = 64, always = 1 << 24;
   if (corners > always && corners / most_often > mesh_.corner_count()) {
     return failure(ErrorCode::malformed_input,
-                   "the nodes of the glTF scene show " + std::to_string(corners) +
+                   "the nodes of the scene show " + std::to_string(corners) +
                        " corners, more than 64 times what the mesh has; --as-stored writes each mesh once");
   }
   begin();
   new_point_.resize(mesh_.point_count());
   for (const GltfInstance& instance : instances_) add(instance, uses[instance.mesh]);
-  notes.push_back(
-      counted(instances_.size(), "node") +
-      " of the glTF scene applied to positions, normals and tangents; --as-stored leaves them out");
+  notes.push_back(counted(instances_.size(), "node") +
+                  " of the scene applied to positions, normals and tangents; --as-stored leaves them out");
   return std::optional<Mesh>(std::move(scene_));
 }
 

@@ -1,5 +1,7 @@
 #include "io/threemf/threemf.h"
 
+#include <maille/xml.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -9,7 +11,6 @@
 #include "io/buffered_writer.h"
 #include "io/notes.h"
 #include "io/reading.h"
-#include "io/vtk/vtk_xml_writer.h"
 #include "io/zip.h"
 
 namespace maille {
@@ -223,8 +224,7 @@ void ThreeMfWriter::put_materials(BufferedWriter& out) const {
     std::string colour = from_word(std::string_view(colours).substr(at, end - at));
     if (colour.empty()) colour = "#808080";  // the format wants one
     at = std::min(end + 1, colours.size());
-    out.put("   <base name=\"" + vtk_xml_escaped(label) + "\" displaycolor=\"" + vtk_xml_escaped(colour) +
-            "\"/>\n");
+    out.put("   <base name=\"" + xml_escaped(label) + "\" displaycolor=\"" + xml_escaped(colour) + "\"/>\n");
   }
   out.put("  </basematerials>\n");
 }
@@ -254,7 +254,7 @@ void ThreeMfWriter::put_object(BufferedWriter& out, size_t number) const {
   const Object& object = objects_[number];
   out.put("  <object id=\"" + std::to_string(number + 2) + "\" type=\"model\"");
   if (const std::string& name = mesh_.blocks[object.blocks[0]].name; !name.empty())
-    out.put(" name=\"" + vtk_xml_escaped(name) + "\"");
+    out.put(" name=\"" + xml_escaped(name) + "\"");
   uint32_t usual = 0;
   if (material_ != nullptr) {
     usual = material_->values<uint32_t>()[object.first_cell];
@@ -296,12 +296,12 @@ void ThreeMfWriter::put_items(BufferedWriter& out) const {
 Result<> ThreeMfWriter::write_model(Sink& sink) const {
   BufferedWriter out(sink);
   const std::string unit = metadata("3mf.unit");
-  out.put(std::string(xml_head) + "<model unit=\"" + (unit.empty() ? "millimeter" : vtk_xml_escaped(unit)) +
+  out.put(std::string(xml_head) + "<model unit=\"" + (unit.empty() ? "millimeter" : xml_escaped(unit)) +
           "\" xml:lang=\"en-US\" xmlns=\"" + threemf_core + "\">\n");
   for (const auto& [key, text] : mesh_.metadata) {
     constexpr std::string_view own = "3mf.metadata.";
     if (!key.starts_with(own)) continue;
-    out.put(" <metadata name=\"" + vtk_xml_escaped(key.substr(own.size())) + "\">" + vtk_xml_escaped(text) +
+    out.put(" <metadata name=\"" + xml_escaped(key.substr(own.size())) + "\">" + xml_escaped(text) +
             "</metadata>\n");
   }
   out.put(" <resources>\n");

@@ -1,5 +1,7 @@
 #include "io/vtk/vtk_xml_writer.h"
 
+#include <maille/xml.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -7,37 +9,10 @@
 #include "io/vtk/vtk_xml_reader.h"
 
 namespace maille {
-namespace {
-
-/// XML 1.0, 2.2: of the control characters below the blank only these three are characters.
-bool is_in_xml(char c) {
-  return static_cast<unsigned char>(c) >= ' ' || c == '\t' || c == '\n' || c == '\r';
-}
-
-}  // namespace
-
-std::string vtk_xml_escaped(std::string_view text) {
-  std::string out;
-  for (const char c : text) {
-    // Tabs and line ends as numbers, too: parsers turn bare ones into blanks.
-    if (!is_in_xml(c)) {
-      out += "\xe2\x90";
-      out += static_cast<char>(0x80 | c);
-    } else if (c == '&' || c == '<' || c == '>' || c == '"' || (c >= 0 && c < ' ')) {
-      out += "&#" + std::to_string(static_cast<int>(c)) + ";";
-    } else {
-      out += c;
-    }
-  }
-  return out;
-}
-
 std::optional<std::string> vtk_xml_note(std::initializer_list<std::span<const Array>> arrays,
                                         const std::vector<std::pair<std::string, std::string>>& metadata) {
   uint64_t changed = 0;
-  const auto look = [&](std::string_view name) {
-    changed += std::all_of(name.begin(), name.end(), is_in_xml) ? 0 : 1;
-  };
+  const auto look = [&](std::string_view name) { changed += is_xml_text(name) ? 0 : 1; };
   for (const std::span<const Array> list : arrays) {
     for (const Array& array : list) look(array.name);
   }
@@ -97,8 +72,8 @@ VtkXmlData VtkXmlWriter::describe(const Array& array, const std::string& more) c
   data.type = array.type;
   data.components = array.components;
   data.attributes = "type=\"" + std::string(vtk_name_of(array.type)) + "\" Name=\"" +
-                    vtk_xml_escaped(array.name) + "\" NumberOfComponents=\"" +
-                    std::to_string(array.components) + "\"" + more;
+                    xml_escaped(array.name) + "\" NumberOfComponents=\"" + std::to_string(array.components) +
+                    "\"" + more;
   const auto* const order = array.domain == Domain::cell     ? cell_order_
                             : array.domain == Domain::corner ? corner_order_
                                                              : nullptr;
@@ -114,7 +89,7 @@ VtkXmlData VtkXmlWriter::describe(const Array& array, const std::string& more) c
 VtkXmlData VtkXmlWriter::strings(const std::string& name, std::span<const std::string> values,
                                  uint32_t components, const char* type) const {
   VtkXmlData data;
-  data.attributes = std::string("type=\"") + type + "\" Name=\"" + vtk_xml_escaped(name) + "\"";
+  data.attributes = std::string("type=\"") + type + "\" Name=\"" + xml_escaped(name) + "\"";
   if (components != 1) data.attributes += " NumberOfComponents=\"" + std::to_string(components) + "\"";
   for (const std::string& value : values) {
     const Bytes bytes = std::as_bytes(std::span(value.data(), value.size()));
@@ -165,7 +140,7 @@ std::string VtkXmlWriter::active_attributes(Domain domain) const {
                                                      {"TCoords", Role::texture_coordinate}};
   for (const auto& [attribute, role] : attributes) {
     if (const Array* array = first_of(domain, role)) {
-      text += std::string(" ") + attribute + "=\"" + vtk_xml_escaped(array->name) + "\"";
+      text += std::string(" ") + attribute + "=\"" + xml_escaped(array->name) + "\"";
     }
   }
   return text;

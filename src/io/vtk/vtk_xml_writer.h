@@ -35,11 +35,7 @@ struct VtkXmlSection {
   std::vector<VtkXmlData> arrays;
 };
 
-/// A text as the value of an attribute. Control characters that XML 1.0 has no way to write are replaced by
-/// their pictures, U+2400 and on, as no reader of XML would take the file with them, not even as numbers.
-/// Each has its own, so that different names stay different.
-std::string vtk_xml_escaped(std::string_view text);
-/// Says how many of the names are changed by that, if there are any.
+/// Says how many of the names xml_escaped() has to change, if there are any.
 std::optional<std::string> vtk_xml_note(std::initializer_list<std::span<const Array>> arrays,
                                         const std::vector<std::pair<std::string, std::string>>& metadata);
 

@@ -2,6 +2,7 @@
 // comes, and parts may come in any order. Memory is one part; the file is written in place and appears when
 // it is complete.
 #include <maille/mesh_source.h>
+#include <maille/xml.h>
 
 #include <algorithm>
 #include <cstring>
@@ -105,7 +106,7 @@ void VtuSink::add_texts(const std::string& name, const std::vector<std::string>&
   std::string text;
   for (const std::string& value : values) text.append(value).push_back('\0');
   const std::string mark = own ? std::string(" ") + vtk_own_text_mark + "=\"1\"" : "";
-  add_values("type=\"" + std::string(own ? "UInt8" : "String") + "\" Name=\"" + vtk_xml_escaped(name) +
+  add_values("type=\"" + std::string(own ? "UInt8" : "String") + "\" Name=\"" + xml_escaped(name) +
                  "\" NumberOfTuples=\"" + std::to_string(own ? text.size() : values.size()) + "\"" + mark,
              std::as_bytes(std::span(text.data(), text.size())));
 }
@@ -113,8 +114,8 @@ void VtuSink::add_texts(const std::string& name, const std::vector<std::string>&
 std::string tag_of(const Array& array) {
   const std::string components =
       array.components == 1 ? "" : " NumberOfComponents=\"" + std::to_string(array.components) + "\"";
-  return std::string("type=\"") + vtk_name_of(array.type) + "\" Name=\"" + vtk_xml_escaped(array.name) +
-         "\"" + components +
+  return std::string("type=\"") + vtk_name_of(array.type) + "\" Name=\"" + xml_escaped(array.name) + "\"" +
+         components +
          (array.role == Role::none ? "" : std::string(" maille_role=\"") + name_of(array.role) + "\"");
 }
 
