@@ -11,6 +11,7 @@
 
 #include "batch.h"
 #include "files.h"
+#include "gltf.h"
 #include "in_parts.h"
 #include "manual.h"
 #include "parser.h"
@@ -150,7 +151,10 @@ Result<Command> command_of(const Parser& parser, const std::string& verb) {
     options.arrays.dropped = split(raw.drop, ',');
     set_for(raw.purpose, {.effort = !raw.effort.empty(), .order = raw.keep_order || raw.any_order}, options);
     take_inputs(options.batch, options.input, options.output,
-                [](const std::string& path) { return foreign_format(path) && is_regular(path); });
+                // What compress may have written itself is the output, also if it is there already.
+                [](const std::string& path) {
+                  return foreign_format(path) && is_regular(path) && !names_compressed_gltf(path);
+                });
     return with_raw(options, raw);
   }
   if (verb == "decompress") {

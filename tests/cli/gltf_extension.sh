@@ -3,6 +3,9 @@ maille convert -q wave.ply wave.glb
 maille compress wave.glb wave.maille.glb
 maille info wave.maille.glb | head -3
 maille verify wave.maille.glb --against wave.glb
+# A file that is there is the output, too, not a second input.
+try maille compress wave.glb wave.maille.glb
+maille compress -f wave.glb wave.maille.glb
 maille diff wave.glb wave.maille.glb
 maille decompress wave.maille.glb back.glb
 maille diff -q wave.glb back.glb
