@@ -3,7 +3,6 @@
 #include <maille/decode.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "io/gltf/gltf_weights.h"
 #include "io/reading.h"
@@ -15,20 +14,15 @@ namespace {
 /// when it is wanted. Chosen, not swept.
 constexpr uint64_t most_shared_corners = 3 * 65536;
 
-bool goes_by_box(const Tolerance& tolerance) {
-  return tolerance.kind == Tolerance::Kind::bits || tolerance.kind == Tolerance::Kind::relative;
-}
-
 }  // namespace
 
-/// A text that is equal for vertices that may be in one file: same attributes and types, same lattice, same
-/// order.
+/// A text that is equal for vertices that may be in one file if their lattice is the same: same attributes
+/// and types, same order.
 std::string GltfCompressor::kind_of(size_t v) const {
   const GltfVertices& vertices = vertices_[v];
   std::string kind = vertices.keep_order || options_.encoding.order == Order::keep ? "kept order " : "";
   // Where all points of a file are vertices, whether used or not, they are those of one list.
   if (!vertices.all_used()) kind += "alone " + std::to_string(v) + " ";
-  if (goes_by_box(options_.encoding.positions)) kind += "mesh " + std::to_string(vertices.mesh) + " ";
   return kind + layout_of(v);
 }
 
@@ -52,7 +46,8 @@ std::vector<GltfBlob> GltfCompressor::plan_blobs() const {
     if (triangles[v].empty() || vertices_[v].used.empty()) continue;
     uint64_t size = 0;
     for (const size_t t : triangles[v]) size += triangles_[t].corners.size();
-    const auto [place, is_new] = open.emplace(kind_of(v), blobs.size());
+    const std::string lattice = std::to_string(lattice_of_mesh_[vertices_[v].mesh]);
+    const auto [place, is_new] = open.emplace(lattice + " " + kind_of(v), blobs.size());
     if (!is_new && corners[place->second] + size > most_shared_corners) place->second = blobs.size();
     if (place->second == blobs.size()) {
       blobs.emplace_back();
@@ -65,15 +60,20 @@ std::vector<GltfBlob> GltfCompressor::plan_blobs() const {
   return blobs;
 }
 
+Result<Array> GltfCompressor::values_of(const GltfVertices::Attribute& attribute, uint64_t count) const {
+  Array values = make_array("", Domain::point, attribute.layout.type, attribute.layout.components());
+  values.resize(count);
+  const std::string where = "accessor " + std::to_string(attribute.accessor);
+  const tinygltf::Accessor* accessor = MAILLE_TRY(accessors_.get(attribute.accessor, where));
+  MAILLE_CHECK(accessors_.read(*accessor, attribute.layout, where, values.bytes));
+  return values;
+}
+
 Result<> GltfCompressor::append_points(Mesh& mesh, const GltfVertices& vertices, bool all) const {
   for (size_t a = 0; a < vertices.attributes.size(); ++a) {
     const auto& attribute = vertices.attributes[a];
     Array& array = a == 0 ? mesh.points : mesh.arrays[a - 1];
-    Array values = make_array("", Domain::point, attribute.layout.type, attribute.layout.components());
-    values.resize(vertices.count);
-    const std::string where = "accessor " + std::to_string(attribute.accessor);
-    const tinygltf::Accessor* accessor = MAILLE_TRY(accessors_.get(attribute.accessor, where));
-    MAILLE_CHECK(accessors_.read(*accessor, attribute.layout, where, values.bytes));
+    Array values = MAILLE_TRY(values_of(attribute, vertices.count));
     const Buffer<std::byte> used = all ? std::move(values.bytes) : gltf_values(values, vertices.used);
     array.bytes.insert(array.bytes.end(), used.begin(), used.end());
   }
@@ -120,38 +120,6 @@ void GltfCompressor::round_weights_of(Mesh& mesh) {
   round_gltf_weights(arrays, static_cast<int>(std::min<double>(bits, most_gltf_weight_bits)));
 }
 
-/// The tolerance of positions, as an absolute one where it goes by the box. All primitives of a mesh share
-/// one lattice: otherwise their common borders would open.
-Tolerance GltfCompressor::tolerance_of_positions(size_t mesh) const {
-  const Tolerance asked = options_.encoding.positions;
-  if (!goes_by_box(asked)) return asked;
-  double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
-  for (const GltfVertices& vertices : vertices_) {
-    if (vertices.mesh != mesh || vertices.attributes[0].layout.type != Scalar::f32) continue;
-    Mesh points;
-    GltfVertices positions = vertices;
-    positions.attributes.resize(1);
-    if (!append_points(points, positions, true)) continue;  // mesh_of() says it
-    const auto values = points.points.values<float>();
-    for (size_t i = 0; i < values.size(); ++i) {
-      if (!std::isfinite(values[i])) continue;
-      low[i % 3] = std::min(low[i % 3], static_cast<double>(values[i]));
-      high[i % 3] = std::max(high[i % 3], static_cast<double>(values[i]));
-    }
-  }
-  double longest = 0, squares = 0;
-  for (size_t k = 0; k < 3; ++k) {
-    const double side = std::max(high[k] - low[k], 0.0);
-    longest = std::max(longest, side);
-    squares += side * side;
-  }
-  // Bits: 2^bits - 1 steps over the longest side, of which the error is half a one.
-  const double error = asked.kind == Tolerance::Kind::bits
-                           ? longest / (std::ldexp(1.0, static_cast<int>(asked.value)) - 1) / 2
-                           : asked.value * std::sqrt(squares);
-  return error > 0 ? Tolerance{Tolerance::Kind::absolute, error} : Tolerance{};
-}
-
 EncodeOptions GltfCompressor::encoding_for(const GltfBlob& blob, const Mesh& mesh) {
   EncodeOptions encoding = options_.encoding;
   encoding.mode = Mode::single;
@@ -161,7 +129,10 @@ EncodeOptions GltfCompressor::encoding_for(const GltfBlob& blob, const Mesh& mes
   const bool keep = std::any_of(blob.vertices.begin(), blob.vertices.end(),
                                 [&](size_t v) { return vertices_[v].keep_order; });
   if (keep) encoding.order = Order::keep;
-  encoding.positions = is_float(mesh.points.type) ? tolerance_of_positions(vertices.mesh) : Tolerance{};
+  const GltfLattice& lattice = lattices_[lattice_of_mesh_[vertices.mesh]];
+  encoding.positions = is_float(mesh.points.type)
+                           ? lattice.tolerance_of(gltf_positions, options_.encoding.positions)
+                           : Tolerance{};
   const bool absolute = encoding.positions.kind == Tolerance::Kind::absolute ||
                         encoding.positions.kind == Tolerance::Kind::norm;
   for (const Array& array : mesh.arrays) {
@@ -173,7 +144,9 @@ EncodeOptions GltfCompressor::encoding_for(const GltfBlob& blob, const Mesh& mes
     // their own.
     const bool moves = array.name.starts_with("target") && array.name.ends_with(".position");
     if (asked != options_.encoding.arrays.end()) {
-      encoding.arrays[array.name] = asked->second;
+      // An array of one mesh has its lattice from end to end, by its own range.
+      encoding.arrays[array.name] =
+          lattice.meshes > 1 ? lattice.tolerance_of(array.name, asked->second) : asked->second;
     } else if (moves && absolute) {
       encoding.arrays[array.name] = encoding.positions;
     }
@@ -370,6 +343,7 @@ GltfReport GltfCompressor::report() const {
 
 Result<GltfReport> GltfCompressor::run() {
   MAILLE_CHECK(find_candidates());
+  MAILLE_CHECK(choose_lattices());
   std::vector<GltfBlob> blobs = plan_blobs();
   for (size_t b = 0; b < blobs.size(); ++b) {
     MAILLE_CHECK(report_progress(options_.encoding.progress, "compressing",

@@ -46,6 +46,21 @@ struct GltfCandidate {
   size_t mesh = 0, primitive = 0, triangles = 0;
 };
 
+/// What meshes of the asset that are rounded alike have in common: positions and arrays whose tolerances go
+/// by a range, by name.
+struct GltfLattice {
+  struct Values {
+    double error = 0;      ///< the largest; 0: nothing can be rounded
+    uint64_t numbers = 0;  ///< of all meshes
+  };
+  std::map<std::string, Values> arrays;
+  size_t meshes = 1;
+  double bits = 0;  ///< that its being finer than asked for costs
+
+  /// The tolerance that was asked for, or this lattice's where it goes by a range.
+  Tolerance tolerance_of(const std::string& array, const Tolerance& asked) const;
+};
+
 /// A .maille file and what is in it: vertices and, as its blocks, triangles by their numbers in the lists of
 /// the compressor.
 struct GltfBlob {
@@ -55,8 +70,9 @@ struct GltfBlob {
   uint64_t raw_bytes = 0;
 };
 
-/// Finds what can be compressed (gltf_candidates.cpp), codes it and puts it into the document
-/// (gltf_compress.cpp). Whatever else is in the asset keeps its bytes, its order and its numbers.
+/// Finds what can be compressed (gltf_candidates.cpp), chooses lattices (gltf_lattices.cpp), codes and puts
+/// it into the document (gltf_compress.cpp). Whatever else is in the asset keeps its bytes, its order and its
+/// numbers.
 class GltfCompressor {
  public:
   GltfCompressor(GltfDocument& document, const tinygltf::Model& model, const GltfCompressOptions& options)
@@ -85,15 +101,19 @@ class GltfCompressor {
   void find_used_vertices();
   void leave(const std::string& reason) { ++left_[reason]; }
 
+  Result<> choose_lattices();
+  Result<GltfLattice> lattice_of(const std::vector<size_t>& vertices) const;
+  const Tolerance* tolerance_by_range(const GltfVertices::Attribute& attribute) const;
+
   std::vector<GltfBlob> plan_blobs() const;
   std::string kind_of(size_t vertices) const;
   std::string layout_of(size_t vertices) const;
   Result<> encode_blob(GltfBlob& blob);
   std::optional<GltfBlob> blob_of(const GltfPart& part) const;
   Result<Mesh> mesh_of(const GltfBlob& blob) const;
+  Result<Array> values_of(const GltfVertices::Attribute& attribute, uint64_t count) const;
   Result<> append_points(Mesh& mesh, const GltfVertices& vertices, bool all) const;
   EncodeOptions encoding_for(const GltfBlob& blob, const Mesh& mesh);
-  Tolerance tolerance_of_positions(size_t mesh) const;
   void round_weights_of(Mesh& mesh);
   uint64_t raw_bytes(const GltfBlob& blob) const;
 
@@ -115,7 +135,9 @@ class GltfCompressor {
   std::vector<GltfVertices> vertices_;
   std::vector<GltfTriangles> triangles_;
   std::map<std::string, size_t> vertices_by_key_, triangles_by_key_;
-  std::map<std::string, uint64_t> left_;                 ///< primitives, by the reason
+  std::map<std::string, uint64_t> left_;  ///< primitives, by the reason
+  std::vector<GltfLattice> lattices_;
+  std::vector<size_t> lattice_of_mesh_;                  ///< numbers in `lattices_`
   std::vector<GltfBlob> blobs_;                          ///< those that make something smaller
   std::vector<std::vector<int>> accessors_of_vertices_;  ///< in the document written, by attribute
   std::vector<int> accessor_of_triangles_;

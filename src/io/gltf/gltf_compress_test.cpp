@@ -269,6 +269,64 @@ TEST(GltfCompression, PrimitivesOfAMeshShareOneLattice) {
   EXPECT_EQ(at_border[0], at_border[1]);
 }
 
+/// A mesh of one primitive, `size` times as large as a sheet.
+void add_scaled_sheet(AssetMaker& asset, unsigned n, float size) {
+  std::vector<float> positions = sheet(n), uv;
+  const auto noise = [](size_t i) { return std::sin(static_cast<float>(i * i)) / 2; };
+  for (size_t i = 0; i < positions.size(); ++i) positions[i] = size * (positions[i] + noise(i));
+  for (unsigned i = 0; i < 2 * n * n; ++i) uv.push_back(size * (noise(i) + 0.5f));
+  const size_t points = asset.vectors(positions), textures = asset.accessor(uv, "VEC2", 2, 5126);
+  asset.primitive({{"POSITION", points}, {"TEXCOORD_0", textures}},
+                  static_cast<int>(asset.indices(cover(n))));
+  Asset& meshes = asset.json["meshes"];
+  if (meshes[0]["primitives"].size() == 1) return;
+  meshes.push_back({{"primitives", Asset::array({meshes[0]["primitives"][1]})}});
+  meshes[0]["primitives"].erase(1);
+  asset.json["scenes"][0]["nodes"].push_back(meshes.size() - 1);
+  asset.json["nodes"].push_back({{"mesh", meshes.size() - 1}});
+}
+
+double largest_error(const Mesh& a, const Mesh& b, size_t first, size_t count, bool of_texture) {
+  const Array& before = of_texture ? a.arrays[0] : a.points;
+  const Array& after = of_texture ? b.arrays[0] : b.points;
+  const auto x = before.values<float>(), y = after.values<float>();
+  double error = 0;
+  for (size_t i = first * before.components; i < (first + count) * before.components; ++i)
+    error = std::max(error, std::fabs(static_cast<double>(x[i]) - static_cast<double>(y[i])));
+  return error;
+}
+
+TEST(GltfCompression, SmallMeshesOfManySizesShareAFileWithinTheBoundsOfEach) {
+  AssetMaker asset;
+  std::vector<float> sizes;
+  for (int i = 0; i < 20; ++i) sizes.push_back(std::ldexp(1.f, (7 * i) % 20 - 10));
+  for (const float size : sizes) add_scaled_sheet(asset, 4, size);
+  GltfCompressOptions options;
+  options.encoding.order = Order::keep;
+  const Made lossless = compressed(asset.text(), options);
+  options.encoding.positions = {Tolerance::Kind::bits, 10};
+  options.encoding.arrays["texcoord"] = {Tolerance::Kind::bits, 10};
+  const Made packed = compressed(asset.text(), options);
+  EXPECT_LE(packed.report.files, 4u);
+  EXPECT_LT(packed.text.size(), lossless.text.size());
+  const Mesh before = mesh_in(asset.text()), after = mesh_in(packed.text);
+  ASSERT_EQ(before.point_count(), 16 * sizes.size());
+  ASSERT_EQ(after.point_count(), 16 * sizes.size());
+  for (size_t m = 0; m < sizes.size(); ++m) {
+    const double size = static_cast<double>(sizes[m]);
+    EXPECT_LE(largest_error(before, after, 16 * m, 16, false), 4 * size / 1023 / 2 * 1.001) << m;
+    EXPECT_LE(largest_error(before, after, 16 * m, 16, true), 1 * size / 1023 / 2 * 1.001) << m;
+  }
+}
+
+TEST(GltfCompression, ALargeMeshHasNoFinerLatticeForASmallOnesSake) {
+  AssetMaker asset;
+  for (const float size : {1.f, 1.5f}) add_scaled_sheet(asset, size == 1 ? 4u : 60u, size);
+  GltfCompressOptions options;
+  options.encoding.positions = {Tolerance::Kind::bits, 10};
+  EXPECT_EQ(compressed(asset.text(), options).report.files, 2u);
+}
+
 TEST(GltfCompression, RoundedWeightsAddUpToOne) {
   AssetMaker asset = plain_sheet();
   std::vector<float> weights;
