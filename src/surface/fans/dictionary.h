@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -16,7 +17,7 @@ namespace maille {
 /// find(), tabulate() and code() may be called on it.
 class Dictionary {
  public:
-  // Indices have 16 bits, and 0xffff stands for no index (Repeat::no_index).
+  // Indices have 16 bits, of which Indices::no_index stands for none (position_coder.h).
   static constexpr uint32_t most = 0xfff0;
   static constexpr uint32_t parts = 8;
   // Gaps and the whole range stay below 2^63, so that differences of entries fit a signed integer. The
@@ -26,6 +27,7 @@ class Dictionary {
 
   uint32_t size() const { return static_cast<uint32_t>(values_.size()); }
   int64_t operator[](uint32_t i) const { return values_[i]; }
+  std::span<const int64_t> entries() const { return values_; }
   void set(std::vector<int64_t> values) {
     values_ = std::move(values);
     index();

@@ -565,14 +565,13 @@ bool can_write_fans(std::span<const FanOperation> operations, const FanTables& t
 }
 
 void FanSurface::count_valences() {
-  valences.assign(vertices, 0);
   // Around an inner vertex each neighbour is met twice, so that the sum of all (exclusive or) vanishes; on a
   // border two are left. Two that cancel by chance only make a prediction worse, as both sides compute the
-  // same. Numbers count from 1, so that vertex 0 counts, too.
-  std::vector<uint32_t> neighbours(vertices);
+  // same. Numbers count from 1, so that vertex 0 counts, too. That sum is the lower half of a number whose
+  // upper half counts faces.
+  std::vector<uint64_t> around(vertices);
   const auto add = [&](uint32_t before, uint32_t at, uint32_t next) {
-    ++valences[at];
-    neighbours[at] ^= (before + 1) ^ (next + 1);
+    around[at] = (around[at] + (uint64_t{1} << 32)) ^ (before + 1) ^ (next + 1);
   };
   for (size_t i = 0; offsets.empty() && i + 2 < corners.size(); i += 3) {
     const uint32_t a = corners[i], b = corners[i + 1], c = corners[i + 2];
@@ -587,8 +586,10 @@ void FanSurface::count_valences() {
   }
   // On a border half of the surface around a vertex is missing. Counting its faces twice makes the dragon in
   // charts 3 % smaller, ogre 0.6 % (13 bits, -5; f46b2b6).
+  valences.resize(vertices);
   for (uint32_t v = 0; v < vertices; ++v) {
-    if (neighbours[v] != 0) valences[v] = static_cast<uint8_t>(2 * valences[v]);
+    const uint64_t count = around[v] >> 32;
+    valences[v] = static_cast<uint8_t>(static_cast<uint32_t>(around[v]) != 0 ? 2 * count : count);
   }
 }
 

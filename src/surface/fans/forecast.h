@@ -8,7 +8,27 @@
 
 #include "surface/fans/valence_rows.h"
 
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
 namespace maille {
+
+/// a < b ? a : b, and a > b ? a : b, of which gcc 12 makes five instructions.
+[[gnu::always_inline]] inline FloatLanes smaller_lanes(FloatLanes a, FloatLanes b) {
+#ifdef __SSE2__
+  return _mm_min_ps(a, b);
+#else
+  return a < b ? a : b;
+#endif
+}
+[[gnu::always_inline]] inline FloatLanes larger_lanes(FloatLanes a, FloatLanes b) {
+#ifdef __SSE2__
+  return _mm_max_ps(a, b);
+#else
+  return a > b ? a : b;
+#endif
+}
 
 /// The components of a tuple as a processor adds them, up to four: the x, y, z of a position and nothing.
 /// Narrow codes (position_model.h) are floats, others doubles. Each operation is rounded by itself, in the
@@ -23,8 +43,8 @@ struct FloatPoint {
   FloatPoint operator+(FloatPoint o) const { return {v + o.v}; }
   FloatPoint operator-(FloatPoint o) const { return {v - o.v}; }
   FloatPoint operator*(FloatPoint o) const { return {v * o.v}; }
-  FloatPoint smaller(FloatPoint o) const { return {v < o.v ? v : o.v}; }
-  FloatPoint larger(FloatPoint o) const { return {v > o.v ? v : o.v}; }
+  FloatPoint smaller(FloatPoint o) const { return {smaller_lanes(v, o.v)}; }
+  FloatPoint larger(FloatPoint o) const { return {larger_lanes(v, o.v)}; }
   /// The first two components turned by a right angle.
   FloatPoint turned(double ratio) const {
     return {FloatLanes{v[1] * static_cast<float>(ratio), -v[0] / static_cast<float>(ratio), 0, 0}};

@@ -2,6 +2,7 @@
 
 // One loop for both directions: what is expected of a vertex, in which contexts, and what follows.
 
+#include "base/short_lanes.h"
 #include "numbers/curved_map.h"
 #include "surface/fans/position_model.h"
 
@@ -177,17 +178,55 @@ inline constexpr auto group_of_kind = [] {
   return table;
 }();
 
+/// Where in its dictionary each component is: 16 bits for each, so that relations of all can be found side by
+/// side.
+struct Indices {
+  /// Farther than one from any index and from -1, also modulo 2^16.
+  static constexpr uint16_t no_index = 0xfff8;
+  static_assert(Dictionary::most + 2 < no_index);
+  static constexpr uint64_t ones = 0x0001'0001'0001'0001;
+
+  uint64_t all = no_index * ones;
+
+  uint32_t operator[](unsigned k) const { return static_cast<uint16_t>(all >> 16 * k); }
+  void set(unsigned k, uint32_t index) {
+    all ^= (all ^ uint64_t{index} << 16 * k) & uint64_t{0xffff} << 16 * k;
+  }
+  ShortLanes lanes() const {
+    using Halves = uint64_t __attribute__((vector_size(16)));
+    return reinterpret_cast<ShortLanes>(Halves{all, 0});
+  }
+};
+
 /// What later vertices want to know about the repeats of one. The first state is that of a vertex that is not
 /// decoded yet: no index, and `listed` has all bits set, as the format says (7 for three components).
 template <unsigned n>
 struct Repeat {
-  static constexpr uint16_t no_index = 0xffff;
-  std::array<uint16_t, n> index;
+  /// Indices, stored and loaded as a whole: otherwise a processor waits until the parts are in its cache.
+  std::array<uint16_t, most_components> index;
   std::array<uint8_t, n> candidate{};
   uint8_t listed = (1 << n) - 1;  ///< of vertices that are not decoded yet
 
-  Repeat() { index.fill(no_index); }
+  Repeat() { index.fill(Indices::no_index); }
+  Indices indices() const { return {load<uint64_t>(reinterpret_cast<const std::byte*>(index.data()))}; }
 };
+
+/// By a mask of components: all bits of each, and of its index. Compilers make branches of conditions, and
+/// which components repeat is nothing that a processor can guess.
+inline constexpr auto component_masks = [] {
+  std::array<std::array<int32_t, most_components>, 1 << most_components> table{};
+  for (int mask = 0; mask < 1 << most_components; ++mask)
+    table[static_cast<size_t>(mask)] = {-(mask & 1), -(mask >> 1 & 1), -(mask >> 2 & 1), -(mask >> 3)};
+  return table;
+}();
+inline constexpr auto index_masks = [] {
+  std::array<uint64_t, 1 << most_components> table{};
+  for (unsigned mask = 0; mask < 1 << most_components; ++mask) {
+    for (unsigned k = 0; k < most_components; ++k)
+      table[mask] |= (uint64_t{0xffff} * (mask >> k & 1)) << 16 * k;
+  }
+  return table;
+}();
 
 /// What is known about points while they are coded.
 template <class Points>
@@ -205,14 +244,15 @@ inline constexpr unsigned first_listed = residual_contexts_of(most_components, t
                           all_contexts = known_context + 1;
 
 /// Codes one vertex after the other, in the order in which fans number them. `Coder` is a reader, or a writer
-/// that finds the codes in `wanted`; whatever follows from a code follows after it on both sides. `repeating`
-/// is a template parameter: positions without repeats have a loop of their own (08251db).
+/// that finds the codes in `wanted`; whatever follows from a code follows after it on both sides. `repeats`
+/// is a template parameter: each kind has a loop of its own (08251db).
 ///
 /// The order within a vertex is that of the format (12.3): mask or candidates, symbols of all components, raw
 /// bits of all components, then escapes.
-template <class Coder, class Points, bool repeating>
+template <class Coder, class Points, Repeats repeats>
 class PositionCoder {
  public:
+  static constexpr bool repeating = repeats != Repeats::none;
   using Point = typename Points::Point;
   using Integer = typename Points::Integer;
   using Tuple = typename Points::Tuple;
@@ -221,22 +261,23 @@ class PositionCoder {
   static constexpr unsigned listed_lane = positions::listed_lane(components);
 
   /// `known` has room for all points.
-  PositionCoder(Coder& coder, const Coding& coding, KnownPoints<Points>& known)
-      : coder_(coder),
-        coding_(coding),
+  PositionCoder(const Coding& coding, KnownPoints<Points>& known)
+      : coding_(coding),
         points_(known.points),
         repeats_(known.repeats),
         size_class_(make_size_classes(coding.first_size, spread_classes_of(coding.with_spread))) {
     for (unsigned k = 0; k < components; ++k) {
       fields_[k] = make_fields<Integer>(coding.base[k]);
       size_of_[k] = SizesOfKnown(coding.base[k]);
-      filled_ |= unsigned{coding.dictionaries[k].size() > 0} << k;
+      entries_[k] = coding.dictionaries[k].entries();
+      filled_ |= unsigned{!entries_[k].empty()} << k;
     }
   }
 
   /// Vertex v, once all before it are coded. `wanted`: its codes, for a writer.
-  [[gnu::always_inline]] void code(uint32_t v, const VertexReferences& references, unsigned kind,
-                                   const Weights& weights, const Weights& turned, const Tuple& wanted) {
+  [[gnu::always_inline]] void code(Coder& coder, uint32_t v, const VertexReferences& references,
+                                   unsigned kind, const Weights& weights, const Weights& turned,
+                                   const Tuple& wanted) {
     const unsigned group = group_of_kind[kind];
     Forecast<Point> expected = forecast(points_.points.data(), references, weights, group);
     if (components == 2 && coding_.placement > Placement::hinge)
@@ -246,7 +287,8 @@ class PositionCoder {
     const Point target = by_gate ? expected.gate : expected.fitted;
     const Point apart = (by_gate ? expected.fitted : expected.mean) - target;
     const Tuple centre = points_.to_codes(target);
-    const auto size = [&](unsigned r) { return points_.size(references.at[r]); };
+    const uint32_t* const sizes = points_.sizes.data();
+    const auto size = [&](unsigned r) { return sizes[references.at[r]]; };
     // Sizes of up to four components are added in one register. A size is at most 36, so six of them stay
     // below 256 and never carry into the next component.
     const uint32_t around = 2 * (size(R::last) + size(R::focus)) + size(R::before) + size(R::next);
@@ -262,22 +304,22 @@ class PositionCoder {
     }
     Found at;
     if constexpr (Coder::encoding) at.codes = wanted;
-    if constexpr (repeating) code_repeats(at, references, group, expected, context);
+    if constexpr (repeating) code_repeats(coder, at, references, group, expected, context);
     std::array<unsigned, components> symbol;
     for_each_component<components>(
-        [&](auto k) { symbol[k] = code_symbol<k>(at, centre[k], apart, context[k]); });
-    if constexpr (repeating) find_values(at, symbol);
+        [&](auto k) { symbol[k] = code_symbol<k>(coder, at, centre[k], apart, context[k]); });
+    if constexpr (repeating) find_values(coder, at, symbol);
     // Only floats are decoded in lanes, and of these not one component alone, which clang 14 does not finish
     // for WebAssembly (0077b8c).
     if constexpr (!Coder::encoding && Points::narrow && components > 1) {
-      read_residuals(at, v, target, apart, symbol);
+      read_residuals(coder, at, v, target, apart, symbol);
     } else {
-      const uint32_t residuals = code_residuals(at, centre, signs(apart), symbol);
+      const uint32_t residuals = code_residuals(coder, at, centre, signs(apart), symbol);
       points_.set(v, at.codes, residuals);
     }
     if constexpr (repeating) {
-      if (!Coder::encoding && coding_.repeats == Repeats::candidates) find_indices(at.codes, at.own);
-      keep_own(at.own, v);
+      if (!Coder::encoding && repeats == Repeats::candidates) find_indices(at);
+      keep(at, repeats_[v]);
     }
   }
 
@@ -288,10 +330,12 @@ class PositionCoder {
   /// What is found out about the vertex at hand: a local of code(), which registers can hold.
   struct Found {
     Tuple codes{};
-    Own own;
+    Indices indices;
+    std::array<uint8_t, components> candidate{};
+    unsigned listed = 0;
     unsigned known = 0;          ///< components, as bits
     unsigned in_dictionary = 0;  ///< those of them that have a symbol
-    std::array<uint32_t, components> near{};
+    std::array<uint32_t, components> near{}, part{};
     unsigned third = 0;
   };
 
@@ -304,7 +348,8 @@ class PositionCoder {
   }
 
   /// Raw bits of all components, and with them codes. Returns the sizes of residuals.
-  [[gnu::always_inline]] uint32_t code_residuals(Found& at, const Tuple& centre, const Signs& negative,
+  [[gnu::always_inline]] uint32_t code_residuals(Coder& coder, Found& at, const Tuple& centre,
+                                                 const Signs& negative,
                                                  const std::array<unsigned, components>& symbol) {
     uint32_t size = 0;
     bool escaped = false;
@@ -327,7 +372,7 @@ class PositionCoder {
             flip ? Unsigned{0} - static_cast<Unsigned>(residual) : static_cast<Unsigned>(residual);
         low = (magnitude - static_cast<Unsigned>(field.high)) & mask;
       }
-      low = static_cast<Unsigned>(coder_.raw(low, field.bits)) & mask;
+      low = static_cast<Unsigned>(coder.raw(low, field.bits)) & mask;
       const auto magnitude = static_cast<Unsigned>(static_cast<Unsigned>(field.high) + low);
       const auto sign = static_cast<Unsigned>(0 - Unsigned{flip});
       const auto residual = static_cast<Unsigned>((magnitude ^ sign) - sign);
@@ -336,34 +381,35 @@ class PositionCoder {
       size |= uint32_t{field.size} << (8 * k);
     }
     if (escaped) [[unlikely]]
-      code_escapes(at.codes, symbol, centre);
+      code_escapes(coder, at.codes, symbol, centre);
     return size;
   }
 
   /// The same for a decoder of floats, all components side by side: 7 % less time than
   /// in a loop over them (armadillo and counter at -1).
-  [[gnu::always_inline]] void read_residuals(Found& at, uint32_t v, const Point& target, const Point& apart,
+  [[gnu::always_inline]] void read_residuals(Coder& coder, Found& at, uint32_t v, const Point& target,
+                                             const Point& apart,
                                              const std::array<unsigned, components>& symbol) {
     std::array<ResidualField<Integer>, most_components> field{};
     std::array<uint32_t, most_components> low{};
     // Three fields are in what one look gives, four are not.
-    uint64_t bits = coder_.look();
+    uint64_t bits = coder.look();
     unsigned taken = 0;
-    uint32_t size = 0;
-    bool escaped = false;
+    uint32_t size = 0, above = 0;
     for_each_component<components>([&](auto k) {
       if (k == 3) {
-        coder_.take(std::exchange(taken, 0));
-        bits = coder_.look();
+        coder.take(std::exchange(taken, 0));
+        bits = coder.look();
       }
       field[k] = fields_[k][repeating && (at.known >> k & 1) != 0 ? known_symbol : symbol[k]];
       low[k] = static_cast<uint32_t>(bits) & ((1u << field[k].bits) - 1);
       bits >>= field[k].bits;
       taken += field[k].bits;
       size |= uint32_t{field[k].size} << (8 * k);
-      escaped |= symbol[k] == escape;
+      // The escape is the only symbol that has this bit then.
+      above |= symbol[k] + 1;
     });
-    coder_.take(taken);
+    coder.take(taken);
     const auto lanes = [&](auto of) { return SignedLanes{of(0), of(1), of(2), of(3)}; };
     const SignedLanes magnitude = lanes(
         [&](unsigned k) { return static_cast<int32_t>(static_cast<uint32_t>(field[k].high) + low[k]); });
@@ -375,8 +421,8 @@ class PositionCoder {
     if constexpr (repeating) {
       if (at.known != 0) size = blend_known(at, centre, codes, size);
     }
-    if (escaped) [[unlikely]]
-      codes = read_escapes(symbol, centre, codes);
+    if ((above & (escape + 1)) != 0) [[unlikely]]
+      codes = read_escapes(coder, symbol, centre, codes);
     points_.set_lanes(v, codes, size);
     if constexpr (repeating)
       for_each_component<components>([&](auto k) { at.codes[k] = codes[unsigned{k}]; });
@@ -385,47 +431,46 @@ class PositionCoder {
   /// Known codes into their lanes; the sizes of all.
   [[gnu::always_inline]] uint32_t blend_known(const Found& at, const SignedLanes& centre, SignedLanes& codes,
                                               uint32_t size) {
-    SignedLanes known{}, values{};
-    for_each_component<components>([&](auto k) {
-      constexpr unsigned i = k;
-      const auto is_known = static_cast<int32_t>(0 - (at.known >> i & 1));
-      known[i] = is_known;
-      values[i] = at.codes[i];
-      size |= static_cast<uint32_t>(is_known) & uint32_t{size_of_known(at.codes[i], centre[i], i)} << (8 * i);
-    });
+    SignedLanes values{};
+    for_each_component<components>([&](auto k) { values[unsigned{k}] = at.codes[k]; });
+    SignedLanes known;
+    __builtin_memcpy(&known, component_masks[at.known].data(), sizeof known);
     codes = (values & known) | (codes & ~known);
+    const SignedLanes octaves = SizesOfKnown::octaves_of((values - centre) & known);
+    for_each_component<components>(
+        [&](auto k) { size |= uint32_t{size_of_[k].of_octave(octaves[unsigned{k}])} << (8 * k); });
     return size;
   }
 
-  [[gnu::noinline]] SignedLanes read_escapes(const std::array<unsigned, components>& symbol,
+  [[gnu::noinline]] SignedLanes read_escapes(Coder& coder, const std::array<unsigned, components>& symbol,
                                              SignedLanes centre, SignedLanes codes) {
     Tuple around, to;
     __builtin_memcpy(around.data(), &centre, sizeof centre);
     __builtin_memcpy(to.data(), &codes, sizeof codes);
-    code_escapes(to, symbol, around);
+    code_escapes(coder, to, symbol, around);
     __builtin_memcpy(&codes, to.data(), sizeof codes);
     return codes;
   }
 
   /// One symbol: of a residual, of an index, or of nothing that is not known.
   template <unsigned k>
-  [[gnu::always_inline]] unsigned code_symbol(const Found& at, Integer centre, const Point& apart,
-                                              uint32_t context) {
+  [[gnu::always_inline]] unsigned code_symbol(Coder& coder, const Found& at, Integer centre,
+                                              const Point& apart, uint32_t context) {
     unsigned symbol = 0;
     if constexpr (Coder::encoding) {
       if (repeating && (at.known >> k & 1) != 0) {
         if ((at.in_dictionary >> k & 1) == 0) return 0;
-        const int offset = static_cast<int>(at.own.index[k]) - static_cast<int>(at.near[k]);
+        const int offset = static_cast<int>(at.indices[k]) - static_cast<int>(at.near[k]);
         symbol = offset >= -7 && offset <= 7 ? static_cast<unsigned>(offset + 7) : far_index;
       } else {
         const auto residual =
             static_cast<Integer>(static_cast<Unsigned>(at.codes[k]) - static_cast<Unsigned>(centre));
         symbol = symbol_of(magnitude_of(residual), (residual < 0) != signs(apart)[k], coding_.base[k]);
         // Shared tables were made for a sample, and may lack the symbol; every table has the escape.
-        if (!coder_.is_possible(context, symbol)) symbol = escape;
+        if (!coder.is_possible(context, symbol)) symbol = escape;
       }
     }
-    return coder_.template symbol<k>(context, symbol);
+    return coder.template symbol<k>(context, symbol);
   }
   static uint64_t magnitude_of(Integer residual) {
     return residual < 0 ? Unsigned{0} - static_cast<Unsigned>(residual) : static_cast<Unsigned>(residual);
@@ -433,20 +478,20 @@ class PositionCoder {
 
   /// All bits of a residual that has no symbol. A claimed length is cut to what codes have, so that shifts
   /// stay defined for any bytes.
-  [[gnu::noinline]] void code_escapes(Tuple& codes, const std::array<unsigned, components>& symbol,
-                                      const Tuple& centre) {
+  [[gnu::noinline]] void code_escapes(Coder& coder, Tuple& codes,
+                                      const std::array<unsigned, components>& symbol, const Tuple& centre) {
     for (unsigned k = 0; k < components; ++k) {
       if (symbol[k] != escape) continue;
       const auto residual =
           static_cast<Integer>(static_cast<Unsigned>(codes[k]) - static_cast<Unsigned>(centre[k]));
       const uint64_t magnitude = magnitude_of(residual);
       const auto length = static_cast<unsigned>(
-          std::min<uint64_t>(coder_.raw(Coder::encoding ? bit_length(magnitude) : 0, escape_length_bits),
+          std::min<uint64_t>(coder.raw(Coder::encoding ? bit_length(magnitude) : 0, escape_length_bits),
                              Points::narrow ? most_narrow_length : 64));
-      const bool negative = coder_.raw(Coder::encoding && residual < 0, 1) != 0;
+      const bool negative = coder.raw(Coder::encoding && residual < 0, 1) != 0;
       const unsigned low = length / 2;
-      uint64_t bits = coder_.raw(magnitude & ((uint64_t{1} << low) - 1), low);
-      bits |= coder_.raw(magnitude >> low, length - low) << low;
+      uint64_t bits = coder.raw(magnitude & ((uint64_t{1} << low) - 1), low);
+      bits |= coder.raw(magnitude >> low, length - low) << low;
       if constexpr (!Coder::encoding)
         codes[k] = static_cast<Integer>(static_cast<Unsigned>(centre[k]) +
                                         static_cast<Unsigned>(negative ? 0 - bits : bits));
@@ -460,76 +505,64 @@ class PositionCoder {
     return size_of_[k].of(magnitude_of(residual));
   }
 
-  [[gnu::always_inline]] void code_repeats(Found& at, const VertexReferences& references, unsigned group,
-                                           const Forecast<Point>& expected,
+  [[gnu::always_inline]] void code_repeats(Coder& coder, Found& at, const VertexReferences& references,
+                                           unsigned group, const Forecast<Point>& expected,
                                            std::array<uint32_t, components>& context) {
-    at.own.listed = 0;
     if constexpr (Coder::encoding) {
-      find_indices(at.codes, at.own);
-      set_listed(at.own);
+      find_indices(at);
+      for (unsigned k = 0; k < components; ++k)
+        at.listed |= unsigned{at.indices[k] != Indices::no_index} << k;
     }
     at.third = ValenceRows::is_closed(group) ? R::next : R::before;
-    if (coding_.repeats == Repeats::listed) {
+    if constexpr (repeats == Repeats::listed) {
       const auto listed = [&](unsigned r) -> uint32_t { return repeats_[references.at[r]].listed; };
-      constexpr uint32_t masks = listed_symbols_of(components);
-      const uint32_t around = (listed(R::last) * masks + listed(R::focus)) * masks + listed(at.third);
+      constexpr uint32_t count = listed_symbols_of(components);
+      const uint32_t around = (listed(R::last) * count + listed(R::focus)) * count + listed(at.third);
       // The mask of the result matters for damaged bytes only, whose symbol may be any.
-      at.own.listed = static_cast<uint8_t>(
-          coder_.template symbol<listed_lane>(first_listed + around, at.own.listed) & (masks - 1));
-      at.known = at.in_dictionary = at.own.listed & filled_;
+      at.listed = coder.template symbol<listed_lane>(first_listed + around, at.listed) & (count - 1);
+      at.known = at.in_dictionary = at.listed & filled_;
     } else {
-      code_candidates(at, references, group, expected, context);
+      code_candidates(coder, at, references, group, expected, context);
     }
-    const Tuple fitted = points_.to_codes(expected.fitted);
+    const ShortLanes relations_around = relations_to_near(at, references, points_.to_codes(expected.fitted));
+    const auto& masks = component_masks[at.in_dictionary];
     for_each_component<components>([&](auto k) {
-      if ((filled_ >> k & 1) == 0) return;
-      const uint32_t of_index = index_context<k>(at, references, fitted[k]);
-      // Without a branch, which would be guessed wrong.
-      context[k] = (at.in_dictionary >> k & 1) != 0 ? of_index : context[k];
+      const uint32_t of_index = first_index + at.part[k] * (relations * relations * relations) +
+                                static_cast<uint16_t>(relations_around[unsigned{k}]);
+      context[k] ^= (context[k] ^ of_index) & static_cast<uint32_t>(masks[k]);
     });
   }
 
   /// Finds where in the dictionaries the coordinates are, also those that were not coded by index: later
   /// vertices want to know.
-  [[gnu::always_inline]] void find_indices(const Tuple& codes, Own& repeat) const {
+  [[gnu::always_inline]] void find_indices(Found& at) const {
     for_each_component<components>([&](auto k) {
       if ((filled_ >> k & 1) == 0) return;
-      const Dictionary& dictionary = coding_.dictionaries[k];
-      const uint32_t near = dictionary.near_part(codes[k]).first;
-      const bool is_there = dictionary[near] == codes[k];
-      repeat.index[k] = is_there ? static_cast<uint16_t>(near) : Own::no_index;
+      const uint32_t near = coding_.dictionaries[k].near_part(at.codes[k]).first;
+      at.indices.set(k, entries_[k][near] == at.codes[k] ? near : uint32_t{Indices::no_index});
     });
   }
 
-  /// One by one: what was stored so and is read as a whole holds a processor up.
-  [[gnu::always_inline]] void keep_own(const Own& own, uint32_t v) {
-    Own& to = repeats_[v];
-    for_each_component<components>([&](auto k) {
-      to.index[k] = own.index[k];
-      to.candidate[k] = own.candidate[k];
-    });
-    to.listed = own.listed;
+  [[gnu::always_inline]] static void keep(const Found& at, Own& to) {
+    store(reinterpret_cast<std::byte*>(to.index.data()), at.indices.all);
+    for_each_component<components>([&](auto k) { to.candidate[k] = at.candidate[k]; });
+    to.listed = static_cast<uint8_t>(at.listed);
   }
 
-  static void set_listed(Own& repeat) {
-    unsigned listed = 0;
-    for (unsigned k = 0; k < components; ++k) listed |= unsigned{repeat.index[k] != Own::no_index} << k;
-    repeat.listed = static_cast<uint8_t>(listed);
-  }
-
-  void code_candidates(Found& at, const VertexReferences& references, unsigned group,
+  void code_candidates(Coder& coder, Found& at, const VertexReferences& references, unsigned group,
                        const Forecast<Point>& expected, std::array<uint32_t, components>& context) {
     const Tuple gate = points_.to_codes(expected.gate), closing = points_.to_codes(expected.closing),
                 late = points_.to_codes(expected.late);
     unsigned before = candidate_symbols;
     for_each_component<components>([&](auto k) {
-      context[k] = code_candidate<k>(at, references, group, gate, closing, late, before, context[k]);
+      context[k] = code_candidate<k>(coder, at, references, group, gate, closing, late, before, context[k]);
     });
   }
   /// Returns the context of what follows: that of a residual, or `of_residual`.
   template <unsigned k>
-  uint32_t code_candidate(Found& at, const VertexReferences& references, unsigned group, const Tuple& gate,
-                          const Tuple& closing, const Tuple& late, unsigned& before, uint32_t of_residual) {
+  uint32_t code_candidate(Coder& coder, Found& at, const VertexReferences& references, unsigned group,
+                          const Tuple& gate, const Tuple& closing, const Tuple& late, unsigned& before,
+                          uint32_t of_residual) {
     const auto code = [&](unsigned r) { return points_.code(references.at[r], k); };
     const std::array<Integer, 7> values = {
         gate[k],
@@ -542,17 +575,17 @@ class PositionCoder {
     unsigned symbol = 0;
     if constexpr (Coder::encoding) {
       while (symbol < 7 && values[symbol] != at.codes[k]) ++symbol;
-      symbol = symbol < 7 ? symbol + 1 : at.own.index[k] != Own::no_index ? candidate_symbols - 1 : 0;
+      symbol = symbol < 7 ? symbol + 1 : at.indices[k] != Indices::no_index ? candidate_symbols - 1 : 0;
     }
     const uint32_t equal = uint32_t{values[0] == values[1]} | uint32_t{values[0] == values[2]} << 1;
     const uint32_t of_last = repeats_[references.at[R::last]].candidate[k];
     const uint32_t context =
         (((k * 10 + before) * 10 + of_last) * 4 + equal) * 4 + ValenceRows::parallelograms(group);
-    symbol = coder_.template symbol<k>(first_candidate + context, symbol);
+    symbol = coder.template symbol<k>(first_candidate + context, symbol);
     // An index into an empty dictionary, of damaged bytes, counts as not known.
     if (symbol == candidate_symbols - 1 && (filled_ >> k & 1) == 0) symbol = 0;
     before = symbol;
-    at.own.candidate[k] = static_cast<uint8_t>(symbol);
+    at.candidate[k] = static_cast<uint8_t>(symbol);
     if (symbol == 0) return of_residual;
     at.known |= 1u << k;
     if (symbol == candidate_symbols - 1) {
@@ -563,48 +596,57 @@ class PositionCoder {
     return known_context;
   }
 
-  /// Of the index in the dictionary, less that of the value nearest to what is expected.
-  template <unsigned k>
-  [[gnu::always_inline]] uint32_t index_context(Found& at, const VertexReferences& references,
-                                                int64_t expected) {
-    const auto found = coding_.dictionaries[k].near_part(expected);
-    const uint32_t near = found.first, part = found.second;
-    at.near[k] = near;
-    const auto relation = [&](unsigned r) -> uint32_t {
-      const uint32_t above = repeats_[references.at[r]].index[k] + 1 - near;
-      // The same, one above, one below, or another one: 0 to 3. With branches, which are guessed wrong,
-      // meshes with repeats take 15 % more.
-      return 0b11'01'00'10 >> 2 * std::min(above, 3u) & 3;
+  /// Finds the entries nearest to what is expected. Returns how those of the vertices around lie to them, as
+  /// part of a context: the same, one above, one below, or another one, 0 to 3. With branches, which are
+  /// guessed wrong, meshes with repeats take 15 % more.
+  [[gnu::always_inline]] ShortLanes relations_to_near(Found& at, const VertexReferences& references,
+                                                      const Tuple& expected) {
+    Indices nearest{0};
+    for_each_component<components>([&](auto k) {
+      if ((filled_ >> k & 1) == 0) return;
+      const auto found = coding_.dictionaries[k].near_part(expected[k]);
+      at.near[k] = found.first;
+      at.part[k] = found.second;
+      nearest.all |= uint64_t{found.first} << 16 * k;
+    });
+    const auto relation = [&](unsigned r) -> ShortLanes {
+      const ShortLanes above = repeats_[references.at[r]].indices().lanes() - nearest.lanes();
+      // Comparisons give -1 where they hold.
+      return 3 - ((above == 0) & 3) - ((above == 1) & 2) + (above == -1);
     };
-    return first_index +
-           ((part * relations + relation(R::last)) * relations + relation(R::focus)) * relations +
+    return (relation(R::last) * short{relations} + relation(R::focus)) * short{relations} +
            relation(at.third);
   }
 
   /// Turns indices into codes. A far index is raw bits, before those of residuals.
-  [[gnu::always_inline]] void find_values(Found& at, const std::array<unsigned, components>& symbol) {
+  [[gnu::always_inline]] void find_values(Coder& coder, Found& at,
+                                          const std::array<unsigned, components>& symbol) {
+    Indices found{0};
+    unsigned far = 0;
+    for_each_component<components>([&](auto k) { far |= unsigned{symbol[k] == far_index} << k; });
+    far &= at.in_dictionary;
     for_each_component<components>([&](auto k) {
       if ((filled_ >> k & 1) == 0) return;
-      const Dictionary& dictionary = coding_.dictionaries[k];
-      const bool is_there = (at.in_dictionary >> k & 1) != 0;
       uint32_t index = at.near[k] + symbol[k] - 7;
-      if (is_there && symbol[k] == far_index) [[unlikely]]
-        index = static_cast<uint32_t>(coder_.raw(at.own.index[k], 16));
+      if ((far >> k & 1) != 0) [[unlikely]]
+        index = static_cast<uint32_t>(coder.raw(at.indices[k], 16));
       // Only damaged bytes lead beyond the end, and symbols of something else.
-      index = std::min(index, dictionary.size() - 1);
-      at.own.index[k] = is_there ? static_cast<uint16_t>(index) : at.own.index[k];
-      at.codes[k] = is_there ? static_cast<Integer>(dictionary[index]) : at.codes[k];
+      index = std::min(index, static_cast<uint32_t>(entries_[k].size()) - 1);
+      found.all |= uint64_t{index} << 16 * k;
+      // A decoder's code is 0 so far, an encoder's is this entry.
+      at.codes[k] |= static_cast<Integer>(entries_[k][index]) & component_masks[at.in_dictionary][k];
     });
+    at.indices.all ^= (at.indices.all ^ found.all) & index_masks[at.in_dictionary];
   }
 
-  Coder& coder_;
   const Coding& coding_;
   Points& points_;
   std::vector<Own>& repeats_;
   uint32_t plane_ = size_classes * spread_classes_of(coding_.with_spread);
   std::array<ResidualFields<Integer>, components> fields_;
   std::array<SizesOfKnown, components> size_of_;
-  unsigned filled_ = 0;  ///< dictionaries with something in them, as bits
+  std::array<std::span<const int64_t>, components> entries_;  ///< of dictionaries
+  unsigned filled_ = 0;                                       ///< those with something in them, as bits
   std::array<uint8_t, 256> size_class_;
   bool mirrored_ = false;
 };

@@ -95,11 +95,23 @@ class SizesOfKnown {
       const bool has_half = i > 1 && i <= longest;
       by_length_[length] = {static_cast<uint8_t>(i > longest ? escape_size : 2 * i), uint8_t{has_half},
                             static_cast<uint8_t>(has_half ? length - 2 : 0)};
+      for (unsigned half = 0; half < 2 && length > 0 && length <= 32; ++half)
+        by_octave_[2 * (126 + length) + half] =
+            static_cast<uint8_t>(by_length_[length].size + (has_half ? half : 0));
     }
   }
   [[gnu::always_inline]] uint8_t of(uint64_t magnitude) const {
     const OfLength& at = by_length_[bit_length(magnitude)];
     return static_cast<uint8_t>(at.size + (magnitude >> at.shift & at.half));
+  }
+  /// The same of narrow residuals, by the upper bits of their magnitude as a float: 126 more than the length,
+  /// and the bit below the highest.
+  static SignedLanes octaves_of(SignedLanes residuals) {
+    const auto floats = reinterpret_cast<SignedLanes>(__builtin_convertvector(residuals, FloatLanes));
+    return (floats & 0x7fffffff) >> 22;
+  }
+  [[gnu::always_inline]] uint8_t of_octave(int32_t octave) const {
+    return by_octave_[static_cast<size_t>(octave)];
   }
 
  private:
@@ -107,6 +119,7 @@ class SizesOfKnown {
     uint8_t size, half, shift;
   };
   std::array<OfLength, 65> by_length_;
+  std::array<uint8_t, 2 * (126 + 32) + 2> by_octave_{};
 };
 
 // Contexts of residuals: a plane for each component and number of parallelograms, in it 16 classes of the
@@ -170,6 +183,19 @@ enum class Repeats : uint8_t {
   listed,      ///< which components are in a dictionary comes first, as a mask
   candidates,  ///< each component may be that of a neighbour or of a parallelogram, or in a dictionary
 };
+
+/// Calls `with` with the kind of repeats as a constant.
+template <class Function>
+auto with_repeats(Repeats repeats, Function with) {
+  switch (repeats) {
+    case Repeats::none:
+      return with(std::integral_constant<Repeats, Repeats::none>{});
+    case Repeats::listed:
+      return with(std::integral_constant<Repeats, Repeats::listed>{});
+    default:
+      return with(std::integral_constant<Repeats, Repeats::candidates>{});
+  }
+}
 
 using Dictionaries = std::array<Dictionary, most_components>;
 

@@ -81,17 +81,13 @@ class RunsOf final : public Runs {
   }
 
   void run(const Coding& coding, Writer& writer, const Ranges& ranges) {
-    if (coding.repeats == Repeats::none) {
-      run<false>(coding, writer, ranges);
-    } else {
-      run<true>(coding, writer, ranges);
-    }
+    with_repeats(coding.repeats, [&](auto repeats) { run<repeats>(coding, writer, ranges); });
   }
-  template <bool repeating>
+  template <Repeats repeats>
   void run(const Coding& coding, Writer& writer, const Ranges& ranges) {
-    PositionCoder<Writer, Points, repeating> coder(writer, coding, known_);
+    PositionCoder<Writer, Points, repeats> coder(coding, known_);
     visit(coding, ranges,
-          [&](uint32_t v, const auto&... of_vertex) { coder.code(v, of_vertex..., codes(v)); });
+          [&](uint32_t v, const auto&... of_vertex) { coder.code(writer, v, of_vertex..., codes(v)); });
   }
   /// Calls see(v, references, kind, weights, turned weights).
   template <class See>

@@ -101,7 +101,7 @@ class WindowWeights {
       const unsigned group = group_of_kind[kinds[v - begin]];
       Weights& weights = at_[v - begin];
       // Points behind the vertices have no valence; without valences nobody has.
-      if (v >= valences_.size() || ValenceRows::useful(group) == 0) {
+      if (v >= valences_.size() || place_of_kind(kinds[v - begin]) == start_place) {
         weights = by_group_[group];
         continue;
       }

@@ -1,6 +1,7 @@
 // The decoder of positions of fans; its encoder is in positions_encoder.cpp.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -26,20 +27,21 @@ namespace positions {
 struct SymbolTables {
   using Table = StaticDecoderTable<table_bits, symbols>;
   Unfilled<Table> tables;
-  std::array<uint8_t, all_contexts> table_of{};
+  /// Where in `tables`, in bytes, so that the loop needs no multiplication.
+  std::array<uint32_t, all_contexts> table_at{};
 
   /// A table whose symbols change no state, for components that are known: so the loop decodes a symbol of
   /// each component without a branch.
   void add_known() {
-    table_of[known_context] = static_cast<uint8_t>(tables.size());
+    table_at[known_context] = place_of(tables.size());
     tables.emplace_back().fill(0);
   }
   void add(const StaticTables& from, unsigned first) {
     const size_t base = tables.size();
     for (const Frequencies& table : from.tables) tables.emplace_back().fill(table);
-    for (size_t c = 0; c < from.table_of.size(); ++c)
-      table_of[first + c] = static_cast<uint8_t>(base + from.table_of[c]);
+    for (size_t c = 0; c < from.table_of.size(); ++c) table_at[first + c] = place_of(base + from.table_of[c]);
   }
+  static uint32_t place_of(size_t table) { return static_cast<uint32_t>(table * sizeof(Table)); }
 };
 
 }  // namespace positions
@@ -98,7 +100,12 @@ class Reader {
   static constexpr bool encoding = false;
 
   Reader(Bytes raw, Bytes words, unsigned lanes, const SymbolTables& tables)
-      : raw_(raw), words_(words), from_(raw.data()), tables_(tables), rans_(words.data(), lanes) {}
+      : raw_(raw),
+        words_(words),
+        from_(raw.data()),
+        rans_(words.data(), lanes),
+        tables_(reinterpret_cast<const std::byte*>(tables.tables.data())),
+        table_at_(tables.table_at.data()) {}
 
   /// Before each batch of vertices. False: the bytes ended in the one before.
   bool open_batch() {
@@ -110,7 +117,7 @@ class Reader {
   }
   template <unsigned lane>
   [[gnu::always_inline]] unsigned symbol(uint32_t context, unsigned) {
-    return rans_.get<lane>(tables_.tables[tables_.table_of[context]]);
+    return rans_.get<lane>(*reinterpret_cast<const SymbolTables::Table*>(tables_ + table_at_[context]));
   }
   /// At most 57 bits.
   [[gnu::always_inline]] uint64_t raw(uint64_t, unsigned count) {
@@ -129,8 +136,9 @@ class Reader {
   OpenBytes raw_, words_;
   const std::byte* from_;  ///< raw bits begin here
   uint64_t at_ = 0;
-  const SymbolTables& tables_;
   LaneRansDecoder rans_;
+  const std::byte* tables_;  ///< of SymbolTables
+  const uint32_t* table_at_;
 };
 
 /// What stands in a patch itself.
@@ -271,6 +279,43 @@ bool store_coordinates(const DoublePoints<n>& points, unsigned k, uint32_t begin
   return true;
 }
 
+bool is_plain_lattice(const NumberMap& map) {
+  return map.kind == NumberMap::Kind::lattice && map.factor == 0 && map.table.empty();
+}
+
+/// Numbers of plain lattices, as NumberMap::store_numbers() finds them, but without codes in between. False:
+/// they are others.
+template <unsigned n>
+bool store_lattice(const FloatPoints<n>& points, const PositionTables& head, uint32_t begin, uint32_t end,
+                   Array& array) {
+  constexpr int64_t most_bias = 1 << 30;  // so that no code needs more than 32 bits
+  constexpr double largest = std::numeric_limits<float>::max();
+  std::array<double, n> bias, origin, step;
+  for (unsigned k = 0; k < n; ++k) {
+    const NumberMap& map = head.maps[k];
+    if (!is_plain_lattice(map) || head.bias[k] > most_bias || head.bias[k] < -most_bias) return false;
+    bias[k] = static_cast<double>(head.bias[k]);
+    origin[k] = map.origin;
+    step[k] = map.step;
+  }
+  std::byte* out = array.bytes.data() + size_t{n} * begin * sizeof(float);
+  for (uint32_t v = begin; v < end; ++v) {
+    for_each_component<n>([&](auto k) {
+      const double code = bias[k] + double{points.points[v].v[unsigned{k}]};
+      const double number = origin[k] + code * step[k];
+      // Of std::clamp() gcc 12 makes branches.
+      const double above = -largest > number ? -largest : number;
+      maille::store(out, static_cast<float>(largest < above ? largest : above));
+      out += sizeof(float);
+    });
+  }
+  return true;
+}
+template <unsigned n>
+bool store_lattice(const DoublePoints<n>&, const PositionTables&, uint32_t, uint32_t, Array&) {
+  return false;
+}
+
 template <class Code, class Points>
 void store_codes(const Points& points, const PositionTables& head, uint32_t begin, uint32_t end,
                  Array& array) {
@@ -292,6 +337,8 @@ void store_codes(const Points& points, const PositionTables& head, uint32_t begi
 template <class Points>
 void store_window(const Points& points, const PositionTables& head, uint32_t begin, uint32_t end,
                   Array& array) {
+  if (array.type == Scalar::f32 && !head.shear.any() && store_lattice(points, head, begin, end, array))
+    return;
   if (size_of(array.type) == 8) return store_codes<int64_t>(points, head, begin, end, array);
   store_codes<int32_t>(points, head, begin, end, array);
 }
@@ -313,15 +360,16 @@ Result<> store_details(const Points& points, const PositionTables& head, Bytes d
   return {};
 }
 
-template <bool repeating, class Points>
-Result<> decode_points(Windows& windows, Reader& reader, const PositionTables& head, const Beside& beside,
+template <Repeats repeats, class Points>
+Result<> decode_points(Windows& windows, Reader reader, const PositionTables& head, const Beside& beside,
                        Points there, uint32_t count, Array& array) {
+  constexpr bool repeating = repeats != Repeats::none;
   KnownPoints<Points> known{std::move(there), {}};
   const size_t room = size_t{count} + FanDecoder::most_ahead;
   if (repeating) known.repeats.reserve(room);
   Points& points = known.points;
   points.reserve(room);
-  PositionCoder<Reader, Points, repeating> coder(reader, head.coding, known);
+  PositionCoder<Reader, Points, repeats> coder(head.coding, known);
   for (uint32_t begin = 0; begin < count; begin += window) {
     const uint32_t end = std::min(count, begin + window);
     points.grow(size_t{end} + FanDecoder::most_ahead);
@@ -329,11 +377,12 @@ Result<> decode_points(Windows& windows, Reader& reader, const PositionTables& h
     MAILLE_CHECK(windows.decode(begin, end));
     const VertexReferences* const references = windows.references();
     const uint8_t* const kinds = windows.kinds();
+    const WindowWeights& weights = windows.weights();
     for (uint32_t v = begin; v < end;) {
       if (!reader.open_batch()) return corrupt("the stream ends early");
       for (const uint32_t batch_end = std::min(end, v + batch); v < batch_end; ++v)
-        coder.code(v, references[v - begin], kinds[v - begin], windows.weights()[v - begin],
-                   windows.weights().turned(v - begin), {});
+        coder.code(reader, v, references[v - begin], kinds[v - begin], weights[v - begin],
+                   weights.turned(v - begin), {});
     }
     if (reader.exhausted()) return corrupt("the stream ends early");
     // Memory grows with what was decoded, window by window.
@@ -363,9 +412,10 @@ Result<> decode_with(FanDecoder& fans, ByteReader& in, const PositionTables& hea
   Windows windows(fans, valences, head.coding, places);
   reserve_pages(array.bytes, size_t{points} * array.tuple_size());
   const auto decode = [&](auto there) {
-    if (head.coding.repeats == Repeats::none)
-      return decode_points<false>(windows, reader, head, beside, std::move(there), points, array);
-    return decode_points<true>(windows, reader, head, beside, std::move(there), points, array);
+    return with_repeats(head.coding.repeats, [&](auto repeats) {
+      return decode_points<repeats>(windows, std::move(reader), head, beside, std::move(there), points,
+                                    array);
+    });
   };
   return with_components(head.coding.components, [&](auto n) {
     return head.wide ? decode(wide_points<n>(head.maps, array.type)) : decode(FloatPoints<n>());
