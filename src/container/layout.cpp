@@ -187,10 +187,20 @@ uint64_t Digest::finish(uint64_t index_offset) const {
   return hash64(std::as_bytes(std::span(words)));
 }
 
+namespace {
+
+/// What messages call the patch of a chunk: of steps of time and of pieces it is their number.
+const char* patch_word(const std::string& type) {
+  if (type == "SVAL" || type == "SIDX" || type == "STEP") return "step";
+  return type == "PIEC" || type == "GIDS" ? "piece" : "patch";
+}
+
+}  // namespace
+
 std::string describe(const ChunkHeader& header) {
-  return "chunk " + std::string(header.type.begin(), header.type.end()) + " (patch " +
-         std::to_string(header.patch) + ", number " + std::to_string(header.number) + ", part " +
-         std::to_string(header.part()) + ")";
+  const std::string type(header.type.begin(), header.type.end());
+  return "chunk " + type + " (" + patch_word(type) + " " + std::to_string(header.patch) + ", number " +
+         std::to_string(header.number) + ", part " + std::to_string(header.part()) + ")";
 }
 
 }  // namespace maille
