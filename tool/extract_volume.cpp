@@ -214,7 +214,7 @@ Result<int> extract_volume(const ExtractOptions& options, const Input& input, co
   decoding.executor = threads.executor();
   const VolumeFile file = TOOL_TRY(VolumeFile::open(*input.source, decoding));
   if (options.arrays)
-    TOOL_CHECK(check_names(input_name(options.input), *options.arrays, arrays_of(file.description())));
+    TOOL_CHECK(check_names(input_name(options.input), *options.arrays, names_of_arrays(file.description())));
   ExtractedVolume found;
   if (options.coarse) {
     found.mesh = TOOL_TRY(file.coarse());

@@ -34,7 +34,7 @@ DecodeOptions decoding_of(const VolumeOptions& options, const Threads& threads) 
 
 }  // namespace
 
-std::vector<std::string> arrays_of(const StreamDescription& description) {
+std::vector<std::string> names_of_arrays(const StreamDescription& description) {
   std::vector<std::string> names;
   for (const StreamArray& array : description.arrays) names.push_back(array.name);
   for (const Array& array : description.mesh_arrays) names.push_back(array.name);
@@ -68,8 +68,8 @@ Result<VolumeInput> VolumeInput::open(const VolumeOptions& options) {
   if (input.is_maille && TOOL_TRY(mode_of(*input.source)) == Mode::stream) {
     volume.file_ = TOOL_TRY(VolumeFile::open(*input.source, decoding_of(options, volume.threads_)));
     if (options.arrays) {
-      TOOL_CHECK(
-          check_names(input_name(options.input), *options.arrays, arrays_of(volume.file_->description())));
+      TOOL_CHECK(check_names(input_name(options.input), *options.arrays,
+                             names_of_arrays(volume.file_->description())));
     }
     return volume;
   }

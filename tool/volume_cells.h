@@ -10,7 +10,7 @@
 namespace maille::tool {
 
 /// The names of all arrays of a volume.
-std::vector<std::string> arrays_of(const StreamDescription& description);
+std::vector<std::string> names_of_arrays(const StreamDescription& description);
 
 /// What may be fetched grows by what the query reads.
 Result<> allow(const VolumeFile& file, const VolumeQuery& query, const Input& input);
