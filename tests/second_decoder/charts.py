@@ -99,7 +99,7 @@ def decode(container):
             require(sum(map(len, patch.blocks)) == faces, "other cells than the index says")
             if level == 0:
                 finest.append(patch)
-                shared.append(single.shared_points(section, patch))
+                shared.append(single.shared_points(section, single.border_of(patch)))
             else:
                 coarser.append((level, patch))
         fields.end()

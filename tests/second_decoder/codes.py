@@ -28,6 +28,10 @@ def clamp_nan(x, low, high):
     return low if x != x else clamp(x, low, high)
 
 
+def dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
 def f32(x):
     return float(np.float32(x))
 

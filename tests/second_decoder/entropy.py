@@ -303,7 +303,8 @@ class Cell(Bit):
 
 class Mixer:
     def __init__(self, n, weight):
-        self.rows = [defaultdict(lambda: [weight] * n) for _ in range(2)]
+        weights = weight if isinstance(weight, list) else [weight] * n
+        self.rows = [defaultdict(lambda: list(weights)) for _ in range(2)]
         self.maps = defaultdict(lambda: [logistic(max(-2047, min(128 * k - 2048, 2047))) for k in range(34)])
         self.rate, self.decisions = 1966, 0
 

@@ -187,22 +187,26 @@ def finish(rng, path, points, cells, corners):
 
 
 def volume(rng, path):
-    """Hexahedra or tetrahedra of a block, in the order of a grid or nearly so."""
+    """Hexahedra and wedges, or tetrahedra of a block, in the order of a grid or in none."""
     n, m, k = (int(x) for x in rng.integers(2, 7, 3))
     points = np.stack(np.meshgrid(np.arange(n + 1), np.arange(m + 1), np.arange(k + 1), indexing="ij"), -1).reshape(-1, 3) / 4
     points = points + rng.normal(size=points.shape) * [0, 0.001, 0.1][rng.integers(3)]
     if rng.integers(2):
         points = np.round(points, 3)
-    cells, tets = [], bool(rng.integers(2))
+    cells, tets, wedges = [], bool(rng.integers(2)), bool(rng.integers(3) == 0)
     for a, b, c in np.ndindex(n, m, k):
         x = [((a + i) * (m + 1) + b + j) * (k + 1) + c + l for l in (0, 1) for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))]
         if rng.integers(12) == 0:
             continue
         if tets:
             cells += [(10, [x[i] for i in t]) for t in ((0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6))]
+        elif wedges and rng.integers(3) == 0:
+            cells += [(13, [x[i] for i in (0, 1, 2, 4, 5, 6)]), (13, [x[i] for i in (0, 2, 3, 4, 6, 7)])]
         else:
             cells.append((12, x))
     cells = cells or [(10, [0, 1, 2, 4])]
+    if rng.integers(3) == 0:
+        cells = [cells[i] for i in rng.permutation(len(cells))]
     point_arrays = [(f"p_{name}", v) for name, v in some_arrays(rng, points)]
     cell_arrays = [(f"c_{name}", v) for name, v in some_arrays(rng, place_cells(points, cells))]
     write_vtu(path, points.astype(["f4", "f8", "f4"][rng.integers(3)]), cells, point_arrays, cell_arrays)

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from around import exceptions
-from codes import Map, clamp, clamp_nan, octahedral, wrap
+from codes import Map, clamp, clamp_nan, dot, octahedral, wrap
 from container import require
 from description import CELLS, CORNERS, POINTS, TWINS
 from entropy import CodedSequence, bits, symbols
@@ -15,10 +15,6 @@ from entropy import CodedSequence, bits, symbols
 UNIT, SUMMED, INWARD, FOLLOWS, REPEATS, WELDED = (1 << i for i in range(6))
 ZERO = np.zeros(3)
 NOTHING = ZERO, 0.0  # a sum and its L, or an expected vector and its spread
-
-
-def dot(a, b):
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def cross(a, b):

@@ -137,29 +137,29 @@ def reorder(mesh, stream):
     mesh.blocks = [[made[i] for i in block] for block in blocks]
 
 
-def border_points(cells, points):
+def border_of(patch):
     """15.1: points at which sides of cells do not come in pairs."""
-    neighbours = [0] * points
-    for _, nodes in cells:
+    neighbours = [0] * patch.points
+    for _, nodes in joined(patch.blocks):
         for p, before, behind in zip(nodes, nodes[-1:] + nodes, nodes[1:] + nodes[:1]):
             neighbours[p] ^= before + 1 ^ behind + 1
-    return [p for p in range(points) if neighbours[p]]
+    return [p for p, x in enumerate(neighbours) if x]
 
 
-def shared_points(section, patch):
-    """15.1: copies by point, rising."""
-    border = border_points(joined(patch.blocks), patch.points)
+def shared_points(section, border, side=frozenset()):
+    """15.1: copies by point, rising; those on a side (16.14) have a context of their own."""
     if not section:
         return dict.fromkeys(border, 0)
     sequence, models, there = CodedSequence(section), counts(), bits()
-    shared, next_, before, copies = set(), 0, 1, {}
+    shared, next_, before, copies = set(), 0, {False: 1, True: 1}, {}
     for _ in range(sequence.count(models["number"])):
         p = next_ + sequence.count(models["step"])
         shared.add(p)
         next_ = p + 1
     for p in border:
-        before = sequence.bit(there[before])
-        shared |= {p} if before else set()
+        on = p in side
+        before[on] = sequence.bit(there[on, before[on]])
+        shared |= {p} if before[on] else set()
     copy = 0
     for p in sorted(shared):
         copies[p] = copy = sequence.count(models[copy > 0])
@@ -209,7 +209,7 @@ def decode(container):
     else:
         patches = [Patch(by_patch[i], d, *part) for i, part in enumerate(d.parts)]
         sections = Fields(container.stream("JOIN"))
-        shared = [shared_points(sections.section(), patch) for patch in patches]
+        shared = [shared_points(sections.section(), border_of(patch)) for patch in patches]
         sections.end()
         mesh = join(d, patches, shared, patches[0].values)
     if d.form & 1:

@@ -86,16 +86,18 @@ def half_octaves(x):
 
 
 class Weights:
-    """Least squares (14.6), of twists (16.7)."""
+    """Least squares: as 14.6 has them (`rare`), and of twists (16.7)."""
 
-    def __init__(self, n):
-        self.n, self.g, self.samples = n, np.float32(1), 0
+    def __init__(self, n, rare=False):
+        self.n, self.g, self.samples, self.rare = n, np.float32(1), 0, rare
         self.M, self.T, self.weights = np.zeros((n, n), "f4"), np.zeros(n, "f4"), np.zeros(n, "f4")
 
     def learn(self, f, target, certainty):
         w = np.float32(certainty) * self.g
         fw, tw = f * w, np.float32(target) * w
         if not (np.abs(fw) < 1e6).all() or not abs(tw) < 1e6:
+            if self.rare:
+                return
             fw, tw = np.zeros(self.n, "f4"), np.float32(0)
         self.M += np.tril(np.outer(fw, fw).astype("f4"))
         self.T += fw * tw
@@ -105,7 +107,7 @@ class Weights:
             self.T *= np.float32(2.0**-20)
             self.g *= np.float32(2.0**-10)
         self.samples += 1
-        if self.samples % 32 == 0:
+        if self.samples % (256 if self.rare and self.samples >= 1024 else 32) == 0:
             self.solve()
 
     def solve(self):
@@ -155,14 +157,14 @@ class Values:
         self.fits, self.full_groups = defaultdict(lambda: Weights(7)), 0
         self.slots, self.last = defaultdict(lambda: Tuple(self.n)), Tuple(self.n)
 
-    def batch(self, data, elements):
+    def batch(self, data, elements, numbers):
         self.sequence = CodedSequence(data, min(self.n, 3))
         with np.errstate(all="ignore"):
             rows = [self.element(*element) for element in elements]
         self.sequence.end()
         return rows
 
-    def element(self, slot, sums, near, situation):
+    def element(self, slot, sums, near, situation, _):
         self.situation, self.full = situation, situation < 8
         self.sums = [self.slots[s] for s in sums] if self.full else [[(self.slots[s], w) for s, w in terms] for terms in sums]
         self.near, self.own, row = [self.slots[s] for s in near], Tuple(self.n), []
@@ -191,7 +193,7 @@ class Values:
             else:
                 residual = self.rest(k, *first)
                 c = wrap(code + residual, self.B)
-                own.place[k] = m.value(c) if m.by_value else m.digits.value(c) if m.digits else float(c)
+                own.place[k] = self.place(k, c)
                 row.append(self.bits_of(m, c))
             own.size[k] = half_octaves(f32(2 * np.float32(abs(residual)) + np.float32(1))) - 254 + unit
             own.twist[k] = np.float32(own.place[k] - candidates[0])
@@ -203,6 +205,10 @@ class Values:
                 largest = np.abs(f).max()
                 self.fits[k, self.situation].learn(f, own.twist[k], np.float32(1) / largest if largest else 0)
         return row
+
+    def place(self, k, c):
+        m = self.maps[k]
+        return m.value(c) if m.by_value else m.digits.value(c) if m.digits else float(c)
 
     def bits_of(self, m, c):
         if not m.digits:
@@ -241,20 +247,27 @@ class Values:
             return [first, first + float(correction)] if self.n <= 16 else [first]
         return [sum(t.place[k] * w for t, w in terms) for terms in self.sums] or [self.last.place[k]]
 
+    def rounded(self, m, x):
+        """A prediction as the type has it."""
+        if not math.isfinite(x) and m.dtype == "f4":
+            x = 0.0 if x != x else math.copysign(MOST["f4"], x)
+        return narrow_float(x, m.dtype)
+
+    def code_near(self, k, x):
+        m = self.maps[k]
+        if m.has_table or m.digits:
+            return m.code(x) if m.has_table else m.digits.code(x)
+        if m.by_value:
+            code = bits_of(self.rounded(m, x), m.dtype)
+            return code if code >= 0 else code ^ (1 << m.float_size - 1) - 1
+        x = clamp(x, -(2.0 ** (self.B - 1)), 2.0 ** (self.B - 1) - 1) if x == x else 0.0
+        return math.floor(x + 0.5) if abs(x) < 2.0**52 else int(x)
+
     def expected(self, k, prediction):
         """The code, the size, the spread that are expected, and the unit."""
-        m, x = self.maps[k], prediction
-        if m.by_value and not m.has_table:
-            if not math.isfinite(x) and m.dtype == "f4":
-                x = 0.0 if x != x else math.copysign(MOST["f4"], x)
-            x = narrow_float(x, m.dtype)
-            code = bits_of(x, m.dtype)
-            code = code if code >= 0 else code ^ (1 << m.float_size - 1) - 1
-        elif m.has_table or m.digits:
-            code = m.code(x) if m.has_table else m.digits.code(x)
-        else:
-            x = clamp(x, -(2.0 ** (self.B - 1)), 2.0 ** (self.B - 1) - 1) if x == x else 0.0
-            code = math.floor(x + 0.5) if abs(x) < 2.0**52 else int(x)
+        m = self.maps[k]
+        code = self.code_near(k, prediction)
+        x = self.rounded(m, prediction) if m.by_value and not m.has_table else prediction
         same = all(g.plain for g in self.maps[k - k % 3 : k - k % 3 + 3])
         unit = self.unit(m, x if same or m.dtype != "f4" else prediction)
         sizes = [t.size[k] for t in self.near] or [self.last.size[k]]
