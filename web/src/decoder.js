@@ -59,6 +59,11 @@ export async function compileDecoder(source) {
   return WebAssembly.compile(source);
 }
 
+/** Does a request want the mesh itself, all of it? Then it is decoded as one: charts do not know the order of the input. */
+export function isWhole({box, sphere, planes = [], level, bound = Infinity, view, maxFaces}) {
+  return level === 0 && !box && !sphere && planes.length === 0 && bound === Infinity && !view && !maxFaces;
+}
+
 /** One instance of the decoder, with a memory of its own. */
 export class Decoder {
   /** @param {WebAssembly.Module} module */
@@ -167,26 +172,20 @@ export class DecoderFile {
   chart(group, chart) {
     return this.outcome(this.decoder.calls.maille_read_chart(this.reader, group, chart), () => this.drawn(this.buffers(Wanted.drawn)));
   }
-  /** The charts that select() gave last, as one mesh: exactly, and clipped to the region if `clip`. */
+  /** The charts that select() gave last, as one mesh: exactly, and clipped to the region if `clip`; or the mesh, see isWhole(). */
   extract(request) {
-    return this.outcome(this.decoder.calls.maille_extract(this.reader), () => {
-      if (request.clip) this.#clip(request);
-      return this.exact(this.buffers(Wanted.exact));
-    });
+    return this.#extracted(request, () => this.exact(this.buffers(Wanted.exact)));
   }
   /** The same as a PLY file: {bytes, points, faces, notes}; `notes`: sentences about what PLY does not hold. */
   extractPly(request) {
     const {calls, memory} = this.decoder;
     if (!calls.maille_ply) throw new MailleError(NEEDS_FULL, 'the small decoder writes no files');
-    return this.outcome(calls.maille_extract(this.reader), () => {
-      if (request.clip) this.#clip(request);
-      return this.outcome(calls.maille_ply(this.reader), () => {
-        const [address, size, points, faces] = this.numbers(), notes = this.message().split('\n').filter(Boolean);
-        const bytes = new Uint8Array(memory.buffer.slice(address, address + size));
-        calls.maille_clear(this.reader);
-        return {bytes, points, faces, notes};
-      });
-    });
+    return this.#extracted(request, () => this.outcome(calls.maille_ply(this.reader), () => {
+      const [address, size, points, faces] = this.numbers(), notes = this.message().split('\n').filter(Boolean);
+      const bytes = new Uint8Array(memory.buffer.slice(address, address + size));
+      calls.maille_clear(this.reader);
+      return {bytes, points, faces, notes};
+    }));
   }
   /** The whole mesh of a file of any mode. */
   decode(drawn) {
@@ -222,6 +221,13 @@ export class DecoderFile {
     return this.decoder.text(calls.maille_message(this.reader), calls.maille_message_size(this.reader));
   }
   /** Leaves of the mesh at hand the faces that touch a region. */
+  #extracted(request, give) {
+    const {calls} = this.decoder, whole = isWhole(request);
+    return this.outcome(whole ? calls.maille_decode(this.reader) : calls.maille_extract(this.reader), () => {
+      if (request.clip && !whole) this.#clip(request);
+      return give();
+    });
+  }
   #clip(request) {
     const packed = this.#pack(request);
     this.decoder.calls.maille_clip(this.reader, packed.address, packed.count);

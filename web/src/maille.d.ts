@@ -362,7 +362,10 @@ export class MeshFile {
   /** A chart, for drawing. Mode random. */
   decodeNode(chart: Pick<Chart, 'group' | 'chart'>, options?: CallOptions & {lean?: false}): Promise<DrawnMesh>;
   decodeNode(chart: Pick<Chart, 'group' | 'chart'>, options: CallOptions & {lean: true}): Promise<LeanMesh>;
-  /** Faces of a region, bit for bit; `clip` (the default): none that only share a chart with it. Mode random. */
+  /**
+   * Faces of a region, bit for bit; `clip` (the default): none that only share a chart with it. Without a region the whole
+   * mesh, in the order of the input if the file has it. Mode random.
+   */
   extract(request?: Request & {clip?: boolean}, options?: LongCallOptions): Promise<Mesh>;
   /** The same as a PLY file, the bytes of `maille extract`; `notes`: sentences about what PLY does not hold. */
   extractPly(request?: Request & {clip?: boolean}, options?: LongCallOptions): Promise<{bytes: Uint8Array; points: number; faces: number; notes: string[]}>;

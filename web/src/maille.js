@@ -222,7 +222,10 @@ export class MeshFile {
     return lean ? {points: null, cells: null, ...drawn} : withCounts(drawn);
   }
 
-  /** The faces of a region, bit for bit; `clip`: none that only share a chart with it. Of a volume, its cells: volume.js. */
+  /**
+   * The faces of a region, bit for bit; `clip`: none that only share a chart with it. Without a region as decode(), in the
+   * order of the input if the file has it. Of a volume, its cells: volume.js.
+   */
   async extract(request = {}, {signal, onProgress} = {}) {
     if (this.mode === 'stream') return (await this.#openVolume(signal)).extract(request, {signal, onProgress});
     this.#expectParts();

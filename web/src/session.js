@@ -1,7 +1,7 @@
 // Work on one file in one decoder, wherever that runs: asks for bytes until a call has all it needs. Threads have
 // one each (worker.js), and so has MeshFile, for the index.
 
-import {Decoder, DecoderFile, decoderFor, ErrorCode, GoesOn, WantsBytes} from './decoder.js';
+import {Decoder, DecoderFile, decoderFor, ErrorCode, GoesOn, isWhole, WantsBytes} from './decoder.js';
 
 /** Of what is not the front nothing is kept from one call to the next: other charts are next. */
 const KEPT_FRONT = 256 * 1024;
@@ -91,8 +91,9 @@ export class Session {
   async #call(call, given, signal, onProgress) {
     if (call === 'open') return this.opened;
     if (call === 'extract' || call === 'extractPly') {
-      await this.#until('select', () => this.file.select(...given), signal);
-      return this.#until(call, () => this.file[call](...given), signal, onProgress);
+      const whole = isWhole(given[0]);
+      if (!whole) await this.#until('select', () => this.file.select(...given), signal);
+      return this.#until(whole ? 'decode' : call, () => this.file[call](...given), signal, onProgress);
     }
     // What is of mode stream alone is loaded with the first call.
     const calls = this.about.mode === 'stream' ? await import('./volume_decoder.js') : {};

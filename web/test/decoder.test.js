@@ -212,6 +212,17 @@ test('a region is saved as the PLY file that `maille extract` writes, with array
   }
 });
 
+test('without a region, what is extracted is in the order of the input, as `maille extract` has it', async () => {
+  const packed = compressed('tri/bear.off', '--mode', 'random', '--keep-order'), native = path.join(folder, 'whole.ply');
+  execFileSync(maille, ['extract', '-q', '-f', packed, native]);
+  const file = await MeshFile.open(readFileSync(packed));
+  assert.ok(readFileSync(native).equals((await file.extractPly()).bytes));
+  const input = readFileSync(path.join(root, 'build/data/tri/bear.off'), 'utf8').split(/\s+/).slice(4).map(Number);
+  const {positions} = await file.extract();
+  assert.deepEqual([...positions.subarray(0, 300)], [...Float32Array.from(input.slice(0, 300))]);
+  file.close();
+});
+
 test('a lean chart is the same, without numbers that say nothing', async () => {
   for (const mesh of ['tri/bear.off', 'textured/spot.obj']) {
     const file = await MeshFile.open(readFileSync(compressed(mesh, '--mode', 'random')));
