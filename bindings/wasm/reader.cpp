@@ -257,6 +257,9 @@ void list_mesh(Reader& reader, Wanted wanted) {
   reader.drawable = draw(reader.mesh, origin);
   if (wanted == Wanted::surface) spread_cell_arrays(reader.mesh, reader.drawable);
   list_drawn(reader);
+  const std::vector<CellBlock>& blocks = reader.mesh.blocks;
+  for (size_t b = 0; b < blocks.size() && blocks.size() > 1; ++b)
+    reader.numbers.push_back(double(blocks[b].size()));
   for (const Array& array : reader.mesh.arrays) {
     if (wanted == Wanted::drawn && array.domain == Domain::cell)
       add_array(reader.buffers, BufferKind::array, array);
@@ -265,7 +268,8 @@ void list_mesh(Reader& reader, Wanted wanted) {
 
 }  // namespace
 
-/// Lists the mesh at hand: exactly, as it is drawn (numbers: origin, 3), the same with values of cells on
+/// Lists the mesh at hand: exactly, as it is drawn (numbers: origin, 3; cells of each
+/// of several blocks), the same with values of cells on
 /// triangles, or the surface that maille_surface_of_pieces() has made.
 MAILLE_EXPORT const Buffer* maille_buffers(Reader* reader, uint32_t number) {
   const auto wanted = static_cast<Wanted>(number);

@@ -297,7 +297,8 @@ export class DecoderFile {
   }
 
   drawn(list) {
-    const drawn = {origin: [...this.numbers()], arrays: []};
+    const numbers = this.numbers(), drawn = {origin: [...numbers.subarray(0, 3)], arrays: []};
+    if (numbers.length > 3) drawn.blockCells = [...numbers.subarray(3)];
     this.decoder.calls.maille_clear(this.reader);
     for (const buffer of list) {
       const {kind, values} = buffer;

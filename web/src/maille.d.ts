@@ -104,6 +104,8 @@ export interface DrawnMesh {
   cells: Uint32Array;
   /** On points and corners: domain 'point', a tuple for each vertex. */
   arrays: MeshArray[];
+  /** Where there are several blocks: how many cells each has. */
+  blockCells?: number[];
 }
 /** The same in less memory: no points and cells where they are 0, 1, 2, ... */
 export interface LeanMesh extends Omit<DrawnMesh, 'points' | 'cells'> {

@@ -1,10 +1,15 @@
 /** maille in three.js. docs/viewer.md has it in sentences. */
-import type {BufferGeometry, Camera, Material, Mesh, Loader, Object3D, Raycaster, Sphere, WebGLRenderer} from 'three';
+import type {BufferGeometry, Camera, Group, Material, Mesh, Loader, Object3D, Raycaster, Sphere, WebGLRenderer} from 'three';
 
-import type {CallOptions, Chart, DrawnMesh, LeanMesh, Hit, Input, MeshFile, OpenOptions} from './maille.js';
+import type {CallOptions, Chart, DrawnMesh, LeanMesh, Hit, Input, Instance, MeshFile, OpenOptions} from './maille.js';
 
 /** A BufferGeometry of what decodeNode(), surface() or decode({drawn: true}) gives. userData: origin, cells, points, arrays, materials (names, by the groups' materialIndex). */
 export function toGeometry(drawn: DrawnMesh | LeanMesh): BufferGeometry;
+/**
+ * What the scene of a glTF file shows: a mesh for each block at each place that readInstances() gives, which share the vertices of
+ * `geometry`, made by toGeometry() of the whole mesh. userData.block: its number.
+ */
+export function toInstances(geometry: BufferGeometry, instances: Instance[], material?: Material | Material[]): Group;
 /** Of bytes fetched, what MailleObject.open() has kept: to open a file by oneself. */
 export function cacheBytesFor(maxBytes?: number): number;
 

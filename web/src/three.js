@@ -6,7 +6,7 @@ import {MeshFile, ready, setDecoder} from './maille.js';
 import {toGeometry} from './three_geometry.js';
 
 export {cacheBytesFor, MailleObject} from './three_object.js';
-export {isOfCells, toGeometry, tupleOfTriangle} from './three_geometry.js';
+export {isOfCells, toGeometry, toInstances, tupleOfTriangle} from './three_geometry.js';
 
 /** Loads whole files of any mode: `loader.load(url, geometry => ..., onProgress, onError)`, `loadAsync`, `parse`. */
 export class MailleLoader extends THREE.Loader {

@@ -11,9 +11,10 @@ const normalised = new Set(['i8', 'u8', 'i16', 'u16']);
 /**
  * A BufferGeometry of what decodeNode() or surface() gives. userData: origin, to be added to positions; points, by vertex; cells,
  * by triangle; arrays, as the decoder gives them: of vertices (domain 'point'), cells, or one tuple for each triangle; materials:
- * where cells have labels, their names, by the materialIndex of the groups; normalsComputed: the file has none.
+ * where cells have labels, their names, by the materialIndex of the groups; blockCells: of the mesh, if there are several blocks;
+ * normalsComputed: the file has none.
  */
-export function toGeometry({positions, triangles, cells, points, arrays, origin}) {
+export function toGeometry({positions, triangles, cells, points, arrays, origin, blockCells}) {
   cells ??= countedTo(triangles.length / 3);
   points ??= countedTo(positions.length / 3);
   const geometry = new THREE.BufferGeometry();
@@ -27,9 +28,60 @@ export function toGeometry({positions, triangles, cells, points, arrays, origin}
   }
   const given = isNormal(geometry.getAttribute('normal'));
   if (!given) geometry.setAttribute('normal', normalsOf(positions, triangles));
-  geometry.userData = {origin, cells, points, arrays, normalsComputed: !given};
+  geometry.userData = {origin, cells, points, arrays, blockCells, normalsComputed: !given};
   addGroups(geometry, cells, arrays);
   return geometry;
+}
+
+/**
+ * What the scene of a glTF file shows: a group with a mesh for each block at each place that file.readInstances() gives. They share
+ * the vertices of `geometry`, which toGeometry() made of the whole mesh. userData.block: its number.
+ */
+export function toInstances(geometry, instances, material) {
+  const {cells, origin, blockCells = [cells.length]} = geometry.userData, group = new THREE.Group(), parts = new Map();
+  const toMesh = new THREE.Matrix4().makeTranslation(...origin), ends = [];
+  for (const count of blockCells) ends.push((ends.at(-1) ?? 0) + count);
+  const places = instances.length > 0 ? instances : [{name: '', blocks: ends.keys(), matrix: new THREE.Matrix4().elements}];
+  for (const {name, blocks, matrix} of places) {
+    for (const block of blocks) {
+      if (!(ends[block] > 0)) continue;  // metadata may name any number
+      if (!parts.has(block)) parts.set(block, partOf(geometry, ends[block] - blockCells[block], ends[block]));
+      const mesh = new THREE.Mesh(parts.get(block), material);
+      Object.assign(mesh, {name, matrixAutoUpdate: false, userData: {block}});
+      mesh.matrix.fromArray(matrix).multiply(toMesh);
+      group.add(mesh);
+    }
+  }
+  return group;
+}
+
+/** The triangles of these cells, which follow one another. */
+function partOf(geometry, firstCell, endCell) {
+  const {cells} = geometry.userData, {index, attributes} = geometry, part = new THREE.BufferGeometry();
+  const first = firstFrom(cells, firstCell), end = firstFrom(cells, endCell);
+  part.attributes = attributes;
+  part.setIndex(new THREE.BufferAttribute(index.array.subarray(3 * first, 3 * end), 1));
+  for (const {start, count, materialIndex} of geometry.groups) {
+    const from = Math.max(start, 3 * first), to = Math.min(start + count, 3 * end);
+    if (from < to) part.addGroup(from - 3 * first, to - from, materialIndex);
+  }
+  // three.js would take all vertices.
+  const point = new THREE.Vector3();
+  part.boundingBox = new THREE.Box3();
+  for (const vertex of part.index.array) part.boundingBox.expandByPoint(point.fromBufferAttribute(attributes.position, vertex));
+  part.boundingSphere = part.boundingBox.getBoundingSphere(new THREE.Sphere());
+  return part;
+}
+
+/** The first triangle of this cell or a later one; the numbers of cells rise. */
+function firstFrom(cells, cell) {
+  let low = 0, high = cells.length;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (cells[middle] < cell) low = middle + 1;
+    else high = middle;
+  }
+  return low;
 }
 
 /** How much memory a geometry takes in the page, with what its userData has; of `whole` there, too: a geometry it stands for. */

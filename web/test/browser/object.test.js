@@ -2,7 +2,7 @@
 // within their memory, and what they tell of is exact.
 import assert from 'node:assert/strict';
 import {execFileSync} from 'node:child_process';
-import {mkdirSync, readFileSync} from 'node:fs';
+import {mkdirSync, readFileSync, writeFileSync} from 'node:fs';
 import path from 'node:path';
 import {after, before, test} from 'node:test';
 
@@ -50,6 +50,43 @@ test('the loader gives geometry of every mode, with progress', {skip}, async () 
   assert.equal(loaded.bear.triangles, faces);
   for (const {triangles, inside, size} of Object.values(loaded)) assert.ok(triangles > 0 && inside && size > 1000);
   assert.ok(loaded.textured.attributes.includes('uv'), String(loaded.textured.attributes));
+  assert.deepEqual(complaints(), []);
+});
+
+/** A triangle that two nodes of three use, and one of the third, far away. */
+function threeNodes() {
+  const numbers = new Float32Array([0, 0, 0, 1, 0, 0, 0, 2, 0, 5, 5, 5, 6, 5, 5, 5, 6, 5]), bytes = Buffer.from(numbers.buffer);
+  const mesh = accessor => ({primitives: [{attributes: {POSITION: accessor}}]});
+  const accessor = (byteOffset, min, max) => ({bufferView: 0, byteOffset, componentType: 5126, count: 3, type: 'VEC3', min, max});
+  return JSON.stringify({
+    asset: {version: '2.0'}, scene: 0, scenes: [{nodes: [0, 1, 2]}], meshes: [mesh(0), mesh(1)],
+    nodes: [{name: 'large', mesh: 0, scale: [2, 2, 2]}, {name: 'far', mesh: 1}, {name: 'moved', mesh: 0, translation: [0, 0, 9]}],
+    accessors: [accessor(0, [0, 0, 0], [1, 2, 0]), accessor(36, [5, 5, 5], [6, 6, 5])], bufferViews: [{buffer: 0, byteLength: 72}],
+    buffers: [{byteLength: 72, uri: `data:application/octet-stream;base64,${bytes.toString('base64')}`}],
+  });
+}
+
+test('blocks are where the nodes of the scene put them, with vertices of their own', {skip}, async () => {
+  const gltf = path.join(folder, 'nodes.gltf');
+  writeFileSync(gltf, threeNodes());
+  for (const mode of ['single', 'random']) {
+    execFileSync(maille, ['compress', '-q', '-f', '--mode', mode, gltf, path.join(folder, 'nodes.maille')]);
+    const shown = await page.evaluate(async () => {
+      const {MeshFile, THREE, toGeometry, toInstances} = maille, file = await MeshFile.open('/build/web/nodes.maille');
+      const geometry = toGeometry(await file.decode({drawn: true})), group = toInstances(geometry, await file.readInstances());
+      const all = toInstances(geometry, []);
+      file.close();
+      const box = (object, {boundingBox: {min, max}}) => [min, max].map(p => p.clone().applyMatrix4(object.matrix).toArray().map(x => Math.round(x) + 0));
+      return {
+        meshes: group.children.map(mesh => [mesh.name, mesh.userData.block, mesh.geometry.index.count, ...box(mesh, mesh.geometry)]),
+        shared: group.children.every(mesh => mesh.geometry.attributes.position === geometry.attributes.position),
+        all: all.children.map(mesh => box(mesh, mesh.geometry)),
+      };
+    });
+    assert.deepEqual(shown.meshes, [['large', 0, 3, [0, 0, 0], [2, 4, 0]], ['far', 1, 3, [5, 5, 5], [6, 6, 5]], ['moved', 0, 3, [0, 0, 9], [1, 2, 9]]], mode);
+    assert.deepEqual(shown.all, [[[0, 0, 0], [1, 2, 0]], [[5, 5, 5], [6, 6, 5]]]);
+    assert.ok(shown.shared);
+  }
   assert.deepEqual(complaints(), []);
 });
 

@@ -1,6 +1,6 @@
 // Compiled only.
-import {MailleLoader, MailleObject, toGeometry} from 'maille/three';
-import {decode} from 'maille';
+import {MailleLoader, MailleObject, toGeometry, toInstances} from 'maille/three';
+import {decode, MeshFile} from 'maille';
 import * as THREE from 'three';
 
 export async function calls(scene: THREE.Scene, camera: THREE.PerspectiveCamera, renderer: THREE.WebGLRenderer): Promise<void> {
@@ -12,5 +12,7 @@ export async function calls(scene: THREE.Scene, camera: THREE.PerspectiveCamera,
   const whole: boolean = scan.update(camera, renderer);
   const hit = await scan.pick(new THREE.Raycaster());
   console.log(whole, hit?.distance, toGeometry(await decode('x.maille', {drawn: true})));
+  const file = await MeshFile.open('scene.maille');
+  scene.add(toInstances(geometry, await file.readInstances(), new THREE.MeshStandardMaterial()));
   scan.dispose();
 }
