@@ -585,7 +585,7 @@ class Connectivity:
                 continue
             ends = known[u], known[v]
             around, other = ends if ends[0].valence <= ends[1].valence else ends[::-1]
-            cells = min(sum(other in cell.corners for cell in around.cells[:64]), 15)
+            cells = min(sum(other in x.corners and x.shape.dimension == 3 for x in around.cells[:64]), 15)
             found = []
             for cell in around.cells[:64]:
                 for f in cell.open_faces() if cell is not anchor and cell.shape.dimension == 3 else []:

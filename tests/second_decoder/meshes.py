@@ -187,7 +187,7 @@ def finish(rng, path, points, cells, corners):
 
 
 def volume(rng, path):
-    """Hexahedra and wedges, or tetrahedra of a block, in the order of a grid or in none."""
+    """Hexahedra, wedges and quads, or tetrahedra of a block, in the order of a grid or in none."""
     n, m, k = (int(x) for x in rng.integers(2, 7, 3))
     points = np.stack(np.meshgrid(np.arange(n + 1), np.arange(m + 1), np.arange(k + 1), indexing="ij"), -1).reshape(-1, 3) / 4
     points = points + rng.normal(size=points.shape) * [0, 0.001, 0.1][rng.integers(3)]
@@ -203,7 +203,7 @@ def volume(rng, path):
         elif wedges and rng.integers(3) == 0:
             cells += [(13, [x[i] for i in (0, 1, 2, 4, 5, 6)]), (13, [x[i] for i in (0, 2, 3, 4, 6, 7)])]
         else:
-            cells.append((12, x))
+            cells += [(12, x)] + ([(9, x[:4])] if wedges and rng.integers(2) else [])
     cells = cells or [(10, [0, 1, 2, 4])]
     if rng.integers(3) == 0:
         cells = [cells[i] for i in rng.permutation(len(cells))]
