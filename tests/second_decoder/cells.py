@@ -44,21 +44,20 @@ UNUSED_POINT, LOOSE_CELL, END_OF_POINT = 18, 19, 20
 
 
 class Slots:
-    """16.3: slots in groups of 16. In the current group they are taken upwards, which is what a file of quads and hexahedra told."""
+    """16.3: slots in groups of 16."""
 
     def __init__(self):
         self.taken, self.current, self.freed, self.count = set(), None, [], 0
-        self.sweep = self.newest = 0
+        self.sweep = 0
 
     def free_in(self, group):
         return [s for s in range(16 * group, 16 * group + 16) if s not in self.taken]
 
     def take(self):
-        free = [s for s in self.free_in(self.current) if s > self.newest] if self.current is not None else []
+        free = self.free_in(self.current) if self.current is not None else []
         if not free:
             self.current = self.next_group()
             free = self.free_in(self.current)
-        self.newest = free[0]
         self.taken.add(free[0])
         if self.current in self.freed:
             self.freed.remove(self.current)
