@@ -17,7 +17,7 @@ namespace maille {
 /// find(), tabulate() and code() may be called on it.
 class Dictionary {
  public:
-  // Indices have 16 bits, of which Indices::no_index stands for none (position_coder.h).
+  // Indices have 16 bits, and 0xffff stands for no index (Indices::no_index).
   static constexpr uint32_t most = 0xfff0;
   static constexpr uint32_t parts = 8;
   // Gaps and the whole range stay below 2^63, so that differences of entries fit a signed integer. The
