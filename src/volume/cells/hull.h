@@ -29,10 +29,11 @@ struct FaceRef {
 /// There is no table of faces: neighbours have neighbouring slots, so the cells around a point are found
 /// faster than a hashed face, and most cells need no search at all (cell_coder.h).
 ///
-/// The cells around a point are a list through their corners: `head` of the point, then `next_` of each
-/// corner. Nothing is ever taken out of a list: a point leaves memory with its whole list, and a cell when
-/// its last point does. This makes removal linear in what is removed, and insertion a matter of one write for
-/// each corner.
+/// The cells around a point are a list in blocks of eight. Links through the corners of single cells waited
+/// for memory at each, which took scattered tetrahedra a quarter more time (docs/history.md, "Where order
+/// kept waits"). Nothing is ever taken out of a list: a point leaves memory with its whole list, and a cell
+/// when its last point does. This makes removal linear in what is removed, and insertion a matter of one
+/// write for each corner.
 class Hull {
  public:
   /// The rest of a point is one word, as a cell changes all of it at each of its corners. From the lowest bit
@@ -42,19 +43,18 @@ class Hull {
    public:
     Point() = default;
     explicit Point(uint64_t with_number) : number(with_number), state_(no_slot | is_alive) {}
-    uint32_t head() const { return static_cast<uint32_t>(state_); }  ///< cell slot * 8 + corner
+    /// Where the newest cell is listed (Hull::use_at()); no_slot: there is none.
+    uint32_t head() const { return static_cast<uint32_t>(state_); }
     /// Cells in the list, not above 255.
     unsigned valence() const { return static_cast<uint8_t>(state_ >> 32); }
     bool alive() const { return (state_ & is_alive) != 0; }
     /// Open faces of these cells at the point.
     unsigned open() const { return static_cast<uint16_t>(state_ >> 48); }
-    /// Another cell in the list: `from` is its slot * 8, `entry` that of the corner.
-    [[gnu::always_inline]] void enter(uint32_t from, uint64_t entry) {
-      // A single addition sets head and open faces: `state_` has zeros where the head was, and from + the
-      // corner in `entry` is the new head. The valence stays at 255 instead of carrying into the flag above
-      // it.
+    /// Another cell in the list, with the open faces (`entry`) that it adds.
+    [[gnu::always_inline]] void enter(uint32_t new_head, uint64_t entry) {
+      // The valence stays at 255 instead of carrying into the flag above it.
       const uint64_t counted = valence() == 0xff ? 0 : one_cell;
-      state_ = (state_ & ~uint64_t{no_slot}) + from + entry + counted;
+      state_ = ((state_ & ~uint64_t{no_slot}) | new_head) + entry + counted;
     }
     void close_one() { state_ -= one_face; }
     void end() { state_ = (state_ & ~is_alive) | no_slot; }
@@ -67,14 +67,13 @@ class Hull {
                               one_face = uint64_t{1} << 48;
     uint64_t state_ = no_slot;
   };
-  /// What a corner, and the open faces that a cell adds there, add to the word of a point. `opened` may be
-  /// negative, where more faces are glued than are new: the sum then borrows within the top 16 bits only,
-  /// because it is a multiple of one_face.
-  static uint64_t entry(unsigned corner, int opened) {
-    return corner + static_cast<uint64_t>(static_cast<int64_t>(opened)) * Point::one_face;
+  /// What the open faces that a cell adds at a corner add to the word of a point. `opened` may be negative,
+  /// where more faces are glued than are new: the sum then borrows within the top 16 bits only, because it is
+  /// a multiple of one_face.
+  static uint64_t entry(int opened) {
+    return static_cast<uint64_t>(static_cast<int64_t>(opened)) * Point::one_face;
   }
-  /// One line of a cache: the cells around it change whenever a point comes or leaves. The list through its
-  /// corners is in another array (`next_`), as it is read only when lists are walked.
+  /// One line of a cache: the cells around it change whenever a point comes or leaves.
   struct alignas(64) Cell {
     std::array<uint32_t, most_corners> corner;  ///< point slots; no_slot where the point has left
     uint32_t successor = no_slot;               ///< slot of the cell coded after it
@@ -101,7 +100,7 @@ class Hull {
   [[gnu::always_inline]] uint32_t add_point(uint64_t number) {
     const uint32_t slot = point_slots_.take();
     if (slot >= points_.size()) [[unlikely]]
-      points_.resize(point_slots_.capacity());
+      grow_points();
     points_[slot] = Point(number);
     return slot;
   }
@@ -114,17 +113,13 @@ class Hull {
   uint32_t add_cell(unsigned kind, const uint32_t* corners, unsigned glued, uint32_t ordinal) {
     const uint32_t slot = cell_slots_.take();
     if (slot >= cells_.size()) cells_.resize(cell_slots_.capacity());
-    if (next_.size() < cells_.size() * most_corners) next_.resize(cells_.size() * most_corners);
     const CellShape& shape = cell_shapes[kind];
     Cell& cell = cells_[slot];
-    uint32_t* next = next_.data() + size_t{slot} * most_corners;
     for (unsigned i = 0; i < shape.corners; ++i) {
-      Point& point = points_[corners[i]];
       cell.corner[i] = corners[i];
-      next[i] = point.head();
       const unsigned at = shape.faces_at[i];
-      point.enter(slot * most_corners,
-                  entry(i, static_cast<int>(bits_in(at)) - 2 * static_cast<int>(bits_in(at & glued))));
+      list(corners[i], slot * most_corners + i,
+           entry(static_cast<int>(bits_in(at)) - 2 * static_cast<int>(bits_in(at & glued))));
     }
     for (unsigned i = shape.corners; i < most_corners; ++i) cell.corner[i] = no_slot;
     cell.successor = no_slot;
@@ -140,18 +135,11 @@ class Hull {
                                                  const std::array<uint64_t, most_corners>& entered,
                                                  unsigned glued, uint32_t ordinal) {
     const uint32_t slot = cell_slots_.take();
-    // `next_` never has room for more cells than `cells_`.
-    if (size_t{slot} * most_corners >= next_.size()) [[unlikely]]
-      grow_cells();
+    if (slot >= cells_.size()) [[unlikely]]
+      cells_.resize(cell_slots_.capacity());
     Cell& cell = cells_[slot];
-    uint32_t* const next = next_.data() + size_t{slot} * most_corners;
-    Point* const points = points_.data();
     const uint32_t from = slot * most_corners;
-    const auto enter = [&](unsigned i) {
-      Point& point = points[corners[i]];
-      next[i] = point.head();
-      point.enter(from, entered[i]);
-    };
+    const auto enter = [&](unsigned i) { list(corners[i], from + i, entered[i]); };
     // Written out: compilers make a loop of it, and count.
     enter(0), enter(1), enter(2), enter(3), enter(4), enter(5), enter(6), enter(7);
     cell.successor = no_slot;
@@ -170,13 +158,11 @@ class Hull {
   void remove_point(uint32_t slot) {
     Point& point = points_[slot];
     Cell* const cells = cells_.data();
-    const uint32_t* const next = next_.data();
     const uint8_t* const faces_at = faces_at_corner.data();
-    for (uint32_t at = point.head(); at != no_slot;) {
-      const uint32_t here = at;
+    for (uint32_t at = point.head(); at != no_slot; at = earlier(at)) {
+      const uint32_t here = use_at(at);
       const size_t corner = here % most_corners;
       Cell& cell = cells[here / most_corners];
-      at = next[here];
       cell.corner[corner] = no_slot;
       const unsigned closing = cell.open & faces_at[cell.kind * size_t{most_corners} + corner];
       if (closing != 0) [[unlikely]]
@@ -184,6 +170,7 @@ class Hull {
       if (--cell.live == 0) [[unlikely]]
         cell_slots_.give_back(here / most_corners);
     }
+    free_blocks(point.head());
     point.end();
     removed_.push_back(slot);
   }
@@ -212,10 +199,9 @@ class Hull {
   template <class Visit>
   bool around(uint32_t slot, Visit visit) const {
     unsigned left = most_around;
-    for (uint32_t at = points_[slot].head(); at != no_slot && left != 0; --left) {
-      const uint32_t cell = at / most_corners, corner = at % most_corners;
-      if (visit(cell, corner)) return true;
-      at = next_[at];
+    for (uint32_t at = points_[slot].head(); at != no_slot && left != 0; at = earlier(at), --left) {
+      const uint32_t use = use_at(at);
+      if (visit(use / most_corners, use % most_corners)) return true;
     }
     return false;
   }
@@ -266,9 +252,39 @@ class Hull {
   uint32_t cell_capacity() const { return cell_slots_.capacity(); }
 
  private:
-  [[gnu::noinline]] void grow_cells() {
-    cells_.resize(cell_slots_.capacity());
-    next_.resize(cells_.size() * most_corners);
+  [[gnu::noinline]] void grow_points() {
+    points_.resize(point_slots_.capacity());
+    first_.resize(points_.size() * block_size);
+  }
+  // Lists have a cell as its slot * 8 + corner. The first eight of a point are at its own slot * 8, and more
+  // in blocks of eight, `in_more` and up, which are rare in lattices.
+  static constexpr uint32_t block_size = 8, in_more = uint32_t{1} << 31;
+  uint32_t use_at(uint32_t at) const { return at < in_more ? first_[at] : more_[at - in_more]; }
+  uint32_t earlier(uint32_t at) const {
+    if (at % block_size != 0) return at - 1;
+    return at < in_more ? no_slot : before_[(at - in_more) / block_size];
+  }
+  [[gnu::always_inline]] void list(uint32_t slot, uint32_t use, uint64_t entry) {
+    Point& point = points_[slot];
+    // no_slot stands at the last place of a block, too.
+    uint32_t at = point.head() + 1;
+    if (at % block_size == 0) [[unlikely]]
+      at = at == 0 ? slot * block_size : more_behind(point.head());
+    (at < in_more ? first_[at] : more_[at - in_more]) = use;
+    point.enter(at, entry);
+  }
+  [[gnu::noinline]] uint32_t more_behind(uint32_t head) {
+    const uint32_t block = block_slots_.take();
+    if (block >= before_.size()) {
+      before_.resize(block_slots_.capacity());
+      more_.resize(before_.size() * block_size);
+    }
+    before_[block] = head;
+    return in_more + block * block_size;
+  }
+  void free_blocks(uint32_t at) {
+    for (; at != no_slot && at >= in_more; at = before_[(at - in_more) / block_size])
+      block_slots_.give_back((at - in_more) / block_size);
   }
   // Every point is sought among at most four corners; no sorting would pay.
   static bool has_all(const Cell& cell, const CellFace& face, const uint32_t* points, unsigned count) {
@@ -282,9 +298,12 @@ class Hull {
 
   std::vector<Point> points_;
   std::vector<Cell> cells_;
-  std::vector<uint32_t> next_;  ///< by cell slot * 8 + corner: where the list of its point goes on
+  std::vector<uint32_t> first_;   ///< by point slot * 8
+  std::vector<uint32_t> more_;    ///< by block * 8
+  std::vector<uint32_t> before_;  ///< by block: where the list goes on
   Slots point_slots_;
   Slots cell_slots_;
+  Slots block_slots_;
   std::vector<uint32_t> removed_;
 };
 

@@ -27,7 +27,7 @@ SweptPattern::SweptPattern(const PatternPlan& plan, uint32_t number, uint32_t ho
     ends |= uint64_t{final >> i & 1u} << (8 * i + 7);
     // Faces that are not glued open at the corner, and each glued one closes one that was open: at - 2 * (at
     // & glued).
-    entered[i] = Hull::entry(i, static_cast<int>(bits_in(at)) - 2 * static_cast<int>(bits_in(at & glued)));
+    entered[i] = Hull::entry(static_cast<int>(bits_in(at)) - 2 * static_cast<int>(bits_in(at & glued)));
     if ((fresh >> i & 1) == 0) continue;
     // Backwards, so that the first parallelogram wins.
     for (unsigned j = shape.parallelograms[i]; j-- > 0;) {
