@@ -29,11 +29,11 @@ struct FaceRef {
 /// There is no table of faces: neighbours have neighbouring slots, so the cells around a point are found
 /// faster than a hashed face, and most cells need no search at all (cell_coder.h).
 ///
-/// The cells around a point are a list in blocks of eight. Links through the corners of single cells waited
-/// for memory at each, which took scattered tetrahedra a quarter more time (docs/history.md, "Where order
-/// kept waits"). Nothing is ever taken out of a list: a point leaves memory with its whole list, and a cell
-/// when its last point does. This makes removal linear in what is removed, and insertion a matter of one
-/// write for each corner.
+/// The cells around a point are a list in blocks of eight: links through the corners of single cells waited
+/// for memory at each, which took scattered tetrahedra a quarter more time (docs/history.md,
+/// "Where order kept waits at effort 2"). Nothing is ever taken out of a list: a point leaves memory with its
+/// whole list, and a cell when its last point does. This makes removal linear in what is removed, and
+/// insertion a matter of one write for each corner.
 class Hull {
  public:
   /// The rest of a point is one word, as a cell changes all of it at each of its corners. From the lowest bit
