@@ -268,9 +268,8 @@ void list_mesh(Reader& reader, Wanted wanted) {
 
 }  // namespace
 
-/// Lists the mesh at hand: exactly, as it is drawn (numbers: origin, 3; cells of each
-/// of several blocks), the same with values of cells on
-/// triangles, or the surface that maille_surface_of_pieces() has made.
+/// Lists the mesh at hand: exactly, as it is drawn (numbers: origin, 3; cells of each of several blocks), the
+/// same with values of cells on triangles, or the surface that maille_surface_of_pieces() has made.
 MAILLE_EXPORT const Buffer* maille_buffers(Reader* reader, uint32_t number) {
   const auto wanted = static_cast<Wanted>(number);
   reader->buffers.clear();

@@ -220,7 +220,7 @@ export class DecoderFile {
     const {calls} = this.decoder;
     return this.decoder.text(calls.maille_message(this.reader), calls.maille_message_size(this.reader));
   }
-  /** Leaves of the mesh at hand the faces that touch a region. */
+  /** What `give` makes of the mesh that a request wants. */
   #extracted(request, give) {
     const {calls} = this.decoder, whole = isWhole(request);
     return this.outcome(whole ? calls.maille_decode(this.reader) : calls.maille_extract(this.reader), () => {
@@ -228,6 +228,7 @@ export class DecoderFile {
       return give();
     });
   }
+  /** Leaves of the mesh at hand the faces that touch a region. */
   #clip(request) {
     const packed = this.#pack(request);
     this.decoder.calls.maille_clip(this.reader, packed.address, packed.count);

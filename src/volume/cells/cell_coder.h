@@ -183,6 +183,7 @@ class CellCoder {
   void set_opposite(FaceRef face, unsigned edge, uint32_t a, Opposite& found) const;
   void join_beside(Coder& coder, FaceRef gate, unsigned own_face);
   void glue_beside();
+  unsigned corners_on_border() const;
   unsigned code_borders(Coder& coder);
   void code_ends_at_gates(Coder& coder, StreamedCell& cell);
   /// A decision at a gate: with the model alone, or mixed where slow decisions are.

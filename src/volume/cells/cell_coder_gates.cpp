@@ -345,6 +345,15 @@ void CellCoder<Coder>::glue_beside() {
   }
 }
 
+/// A bit for each corner whose point is at the border.
+template <class Coder>
+unsigned CellCoder<Coder>::corners_on_border() const {
+  unsigned marked = 0;
+  for (unsigned i = 0; i < cell_.shape().corners; ++i)
+    marked |= (gates_->on_border(cell_.corner[i]) ? 1u : 0u) << i;
+  return marked;
+}
+
 /// Codes of each open face whether it is a gate; returns those. The encoder knows from the whole mesh
 /// (`borders_`) which faces no later cell meets. Points of a border face are marked: faces around them are
 /// mostly at the border, too.
@@ -354,12 +363,6 @@ unsigned CellCoder<Coder>::code_borders(Coder& coder) {
   unsigned gates = 0;
   const unsigned at_border =
       encoding && borders_ != nullptr && ordinal_ < borders_->size() ? (*borders_)[ordinal_] : 0;
-  const auto corners_on_border = [&] {
-    unsigned marked = 0;
-    for (unsigned i = 0; i < shape.corners; ++i)
-      marked |= (gates_->on_border(cell_.corner[i]) ? 1u : 0u) << i;
-    return marked;
-  };
   unsigned marked = corners_on_border();
   for (unsigned f = 0; f < shape.faces; ++f) {
     if (cell_.is_glued(f)) continue;
@@ -389,12 +392,9 @@ void CellCoder<Coder>::code_ends_at_gates(Coder& coder, StreamedCell& cell) {
   const CellShape& shape = cell_.shape();
   if (shape.nodes > shape.corners || repeated_ != 0) return code_finals(coder, cell, true);
   GateModels& models = *gate_models_;
-  uint32_t expected = 0, done = 0, border = 0;
-  for (unsigned i = 0; i < shape.corners; ++i) {
-    done |= (gates_->at_point(node_[i]) == 0 ? 1u : 0u) << i;
-    border |= (gates_->on_border(node_[i]) ? 1u : 0u) << i;
-  }
-  expected = models.border_ends ? done : done & ~border;
+  uint32_t done = 0;
+  for (unsigned i = 0; i < shape.corners; ++i) done |= (gates_->at_point(node_[i]) == 0 ? 1u : 0u) << i;
+  const uint32_t border = corners_on_border(), expected = models.border_ends ? done : done & ~border;
   if (models.ends.code(coder, cell.final == expected)) {
     cell.final = expected;
     return;

@@ -111,8 +111,7 @@ class Hull {
   /// one, a glued face takes away the one that its partner had added. Neither `pattern` nor `signature` is
   /// set.
   uint32_t add_cell(unsigned kind, const uint32_t* corners, unsigned glued, uint32_t ordinal) {
-    const uint32_t slot = cell_slots_.take();
-    if (slot >= cells_.size()) cells_.resize(cell_slots_.capacity());
+    const uint32_t slot = new_cell_slot();
     const CellShape& shape = cell_shapes[kind];
     Cell& cell = cells_[slot];
     for (unsigned i = 0; i < shape.corners; ++i) {
@@ -134,9 +133,7 @@ class Hull {
   [[gnu::always_inline]] uint32_t add_hexahedron(const std::array<uint32_t, most_corners>& corners,
                                                  const std::array<uint64_t, most_corners>& entered,
                                                  unsigned glued, uint32_t ordinal) {
-    const uint32_t slot = cell_slots_.take();
-    if (slot >= cells_.size()) [[unlikely]]
-      cells_.resize(cell_slots_.capacity());
+    const uint32_t slot = new_cell_slot();
     Cell& cell = cells_[slot];
     const uint32_t from = slot * most_corners;
     const auto enter = [&](unsigned i) { list(corners[i], from + i, entered[i]); };
@@ -229,8 +226,7 @@ class Hull {
   /// A slot for a cell whose faces are elsewhere (FaceStore): it is at no point, has no open faces, and
   /// `live` is 0, so that valid() is false for it. FaceStore gives it back with the last face.
   uint32_t take_cell() {
-    const uint32_t slot = cell_slots_.take();
-    if (slot >= cells_.size()) cells_.resize(cell_slots_.capacity());
+    const uint32_t slot = new_cell_slot();
     cells_[slot] = {};
     return slot;
   }
@@ -252,6 +248,12 @@ class Hull {
   uint32_t cell_capacity() const { return cell_slots_.capacity(); }
 
  private:
+  [[gnu::always_inline]] uint32_t new_cell_slot() {
+    const uint32_t slot = cell_slots_.take();
+    if (slot >= cells_.size()) [[unlikely]]
+      cells_.resize(cell_slots_.capacity());
+    return slot;
+  }
   [[gnu::noinline]] void grow_points() {
     points_.resize(point_slots_.capacity());
     first_.resize(points_.size() * block_size);
