@@ -5,8 +5,6 @@
 #include <numeric>
 #include <utility>
 
-#include "volume/pieces/cut_rules.h"
-
 namespace maille {
 namespace {
 
@@ -20,10 +18,10 @@ struct Range {
   bool is_cut() const { return pieces > 1 && size() > 1; }
 };
 
-struct Box {
+struct BoxOfMiddles {
   std::array<float, 3> low, high;
 
-  void add(const Box& other) {
+  void add(const BoxOfMiddles& other) {
     for (unsigned k = 0; k < 3; ++k) {
       low[k] = std::min(low[k], other.low[k]);
       high[k] = std::max(high[k], other.high[k]);
@@ -79,30 +77,53 @@ class Halver {
  public:
   static constexpr size_t stretch = size_t{1} << 16;
 
-  Halver(std::span<const Middle> middles, std::vector<uint32_t>& places)
-      : middles_(middles), places_(places), spare_(places.size()) {}
+  Halver(std::span<const Middle> middles, const CutPosition& reach, std::vector<uint32_t>& places)
+      : middles_(middles), reach_(reach), places_(places), spare_(places.size()) {}
 
   /// Puts the cells below the cut before the others; both keep their order. Ranges may be halved side by
   /// side, as each uses its own part of the lists.
   Halves halve(const Range& range, Executor& executor) {
-    const Box box = box_of(range, executor);
-    const unsigned axis = longest_axis(box.low, box.high);
-    const CutPlace place = cut_place(range.size(), range.pieces);
-    uint64_t before = 0;
-    const std::vector<Along> near =
-        near_cut(range, axis, Steps(box.low[axis], box.high[axis]), place, before, executor);
-    const uint64_t at =
-        widest_gap(place, [&](uint64_t i) { return near[static_cast<size_t>(i - before)].first; });
-    const Along below = near[static_cast<size_t>(at - before - 1)];
-    const Along above = near[static_cast<size_t>(at - before)];
-    part(range, axis, above, executor);
-    const size_t middle = range.begin + static_cast<size_t>(at);
+    const BoxOfMiddles box = box_of(range, executor);
+    Found best;
+    AxesToTry axes(box.low, box.high);
+    if (reach_ == CutPosition{}) axes.count = 1;
+    for (const unsigned axis : axes) {
+      const Found found = sparsest(range, axis, Steps(box.low[axis], box.high[axis]), executor);
+      if (best.at == 0 || found.cells_near < best.cells_near) best = found;
+    }
+    part(range, best.axis, best.above, executor);
+    const size_t middle = range.begin + best.at;
     return {{Range{range.begin, middle, range.pieces / 2},
              Range{middle, range.end, range.pieces - range.pieces / 2}},
-            cut_between(below, above, axis)};
+            cut_between(best.below, best.above, best.axis)};
   }
 
  private:
+  /// The best cut across an axis: between these cells, so many of the range below it.
+  struct Found {
+    unsigned axis = 0;
+    size_t at = 0;  ///< at least 1 once it is found
+    Along below, above;
+    size_t cells_near = 0;
+  };
+
+  Found sparsest(const Range& range, unsigned axis, const Steps& steps, Executor& executor) {
+    const CutPlace place = cut_place(range.size(), range.pieces);
+    uint64_t before = 0;
+    const std::vector<Along> near = near_cut(range, axis, steps, place, before, executor);
+    const auto cell = [&](uint64_t i) { return near[static_cast<size_t>(i - before)]; };
+    const uint64_t at = sparsest_place(place, [&](uint64_t i) { return cell(i).first; });
+    Found found = {axis, static_cast<size_t>(at), cell(at - 1), cell(at), 0};
+    std::vector<size_t> counts(stretches(range));
+    for_stretches(range, executor, [&](size_t i, std::span<const uint32_t> places) {
+      counts[i] = static_cast<size_t>(std::count_if(places.begin(), places.end(), [&](uint32_t each) {
+        return is_near(middles_[each].at[axis], found.below.first, found.above.first, reach_[axis]);
+      }));
+    });
+    found.cells_near = std::accumulate(counts.begin(), counts.end(), size_t{0});
+    return found;
+  }
+
   template <class Work>
   void for_stretches(const Range& range, Executor& executor, Work work) {
     executor.parallel_for(stretches(range), [&](size_t i) {
@@ -116,15 +137,15 @@ class Halver {
   }
 
   // Boxes of stretches are joined in order; least and largest numbers would be the same in any.
-  Box box_of(const Range& range, Executor& executor) {
+  BoxOfMiddles box_of(const Range& range, Executor& executor) {
     const Middle& any = middles_[places_[range.begin]];
-    std::vector<Box> boxes(stretches(range));
+    std::vector<BoxOfMiddles> boxes(stretches(range));
     for_stretches(range, executor, [&](size_t i, std::span<const uint32_t> places) {
-      Box box = {any.at, any.at};
+      BoxOfMiddles box = {any.at, any.at};
       for (const uint32_t place : places) box.add({middles_[place].at, middles_[place].at});
       boxes[i] = box;
     });
-    for (const Box& box : boxes) boxes[0].add(box);
+    for (const BoxOfMiddles& box : boxes) boxes[0].add(box);
     return boxes[0];
   }
 
@@ -182,6 +203,7 @@ class Halver {
   }
 
   std::span<const Middle> middles_;
+  CutPosition reach_;
   std::vector<uint32_t>& places_;
   std::vector<uint32_t> spare_;
 };
@@ -220,12 +242,13 @@ uint32_t Bisection::piece_of(const Middle& middle) const {
 }
 
 /// Each level halves the pieces of a range, so that the loop ends after their logarithm.
-Bisection bisect(std::span<const Middle> middles, uint64_t pieces, Executor& executor) {
+Bisection bisect(std::span<const Middle> middles, const CutPosition& reach, uint64_t pieces,
+                 Executor& executor) {
   Bisection found;
   if (middles.empty()) return found;
   found.places.resize(middles.size());
   std::iota(found.places.begin(), found.places.end(), 0u);
-  Halver halver(middles, found.places);
+  Halver halver(middles, reach, found.places);
   std::vector<Range> ranges = {{0, middles.size(), pieces}};
   const auto is_cut = [](const Range& range) { return range.is_cut(); };
   // All of one depth at once: they have no cells in common.

@@ -8,6 +8,8 @@
 #include <span>
 #include <vector>
 
+#include "volume/pieces/cut_rules.h"
+
 namespace maille {
 
 /// The middle of a cell's corners, in floats: cuts need no more, and it is what memory is taken by.
@@ -42,8 +44,10 @@ struct Bisection {
   void set_side(size_t side, uint32_t to);
 };
 
-/// Cuts by the rules of cut_rules.h. Fewer than 2^32 middles. The same for any executor: threads count and
-/// move stretches of fixed length, whose results are put together in order.
-Bisection bisect(std::span<const Middle> middles, uint64_t pieces, Executor& executor);
+/// Cuts by the rules of cut_rules.h. Fewer than 2^32 middles. `reach`: of most cells along each axis; zeros:
+/// cuts run across the longest side. The same for any executor: threads count and move stretches of fixed
+/// length, whose results are put together in order.
+Bisection bisect(std::span<const Middle> middles, const CutPosition& reach, uint64_t pieces,
+                 Executor& executor);
 
 }  // namespace maille

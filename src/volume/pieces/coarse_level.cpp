@@ -51,7 +51,7 @@ struct Mean {
 
 /// The group of each cell, through all blocks; `count` gets how many there are.
 std::vector<uint32_t> groups_of(const Mesh& piece, uint64_t size, size_t& count) {
-  const auto groups = cut_cells(piece, size, serial_executor());
+  const auto groups = group_cells(piece, size);
   std::vector<uint32_t> group_of(piece.cell_count());
   for (uint32_t group = 0; group < groups.size(); ++group) {
     for (const uint32_t cell : groups[group]) group_of[cell] = group;

@@ -20,7 +20,7 @@ namespace maille {
 uint64_t cells_of_coarse_point(uint64_t cells);
 
 /// Adds the coarse points of a piece to its line of the index, which has the box and the ranges already: the
-/// means of the corners of each group of cells, and of their values. Groups are those of cut_cells(), so
+/// means of the corners of each group of cells, and of their values. Groups are those of group_cells(), so
 /// neighbours come one after another. Labels, which have no mean, and arrays that have one range for all
 /// components are left out.
 void add_coarse_points(const Mesh& piece, uint64_t group, PieceRecord& record);

@@ -2,7 +2,8 @@
 
 #include <maille/with_type.h>
 
-#include "base/bytes.h"
+#include <numeric>
+
 #include "numbers/number_map.h"
 
 namespace maille {
@@ -47,6 +48,19 @@ std::vector<CutPosition> cut_positions(const Array& positions, Executor& executo
               [&](auto number) { take_positions<decltype(number)>(positions, begin, end, all); });
   });
   return all;
+}
+
+CutPosition ReachCounts::median() const {
+  CutPosition reach{};
+  for (unsigned k = 0; k < 3; ++k) {
+    const auto counts = std::span(counts_).subspan(size_t{k} * steps, steps);
+    const uint64_t all = std::accumulate(counts.begin(), counts.end(), uint64_t{0});
+    uint32_t step = 0;
+    for (uint64_t below = counts[0]; 2 * below < all; below += counts[++step]) {
+    }
+    reach[k] = bits_as<float>(step << step_bits);
+  }
+  return reach;
 }
 
 }  // namespace maille

@@ -154,21 +154,21 @@ Result<> SourcePieces::visit_cells(const char* stage, Visit visit) {
   return {};
 }
 
-/// In the order of the corners, in doubles: the same middle as cut_cells() finds.
-Result<Middle> SourcePieces::middle_of(uint64_t cell, std::span<const uint64_t> nodes) {
+/// In the order of the corners: the same middle as cut_cells() finds.
+Result<CellCorners> SourcePieces::corners_of(std::span<const uint64_t> nodes) {
   const Scalar type = description().point_type;
-  MiddleSum sum;
+  CellCorners corners;
   std::array<std::byte, 24> position;
   for (const uint64_t node : nodes) {
     MAILLE_CHECK(points_->read(node, position.data()));
-    sum.add(cut_position(type, position.data()));
+    corners.add(cut_position(type, position.data()));
   }
-  return Middle{sum.middle(), static_cast<uint32_t>(cell)};
+  return corners;
 }
 
 /// All cells, or of each stretch of so many one at a place that no lattice knows: split_mix() of the stretch,
 /// which is the same each time.
-Result<> SourcePieces::sample(std::vector<Middle>& middles) {
+Result<> SourcePieces::sample(std::vector<Middle>& middles, ReachCounts& reaches) {
   const uint64_t stretch = (description().cells + most_sampled - 1) / most_sampled;
   uint64_t wanted = 0;
   return visit_cells("looking", [&](uint64_t first, const CellPiece& piece) -> Result<> {
@@ -176,7 +176,9 @@ Result<> SourcePieces::sample(std::vector<Middle>& middles) {
       const uint64_t i = wanted - first;
       const auto nodes =
           std::span(piece.connectivity).subspan(piece.offsets[i], piece.offsets[i + 1] - piece.offsets[i]);
-      middles.push_back(MAILLE_TRY(middle_of(wanted, nodes)));
+      const CellCorners corners = MAILLE_TRY(corners_of(nodes));
+      middles.push_back({corners.middle(), static_cast<uint32_t>(wanted)});
+      reaches.add(corners.reach());
       const uint64_t next = (wanted / stretch + 1) * stretch;
       wanted = next + split_mix(next) % stretch;
     }
@@ -210,8 +212,10 @@ Result<> SourcePieces::distribute() {
               : std::span(piece.face_sizes)
                     .subspan(piece.cell_faces[i], piece.cell_faces[i + 1] - piece.cell_faces[i]);
       // Middles are computed once more: keeping them would take memory for every cell.
-      const uint32_t to = by_number_ ? by_number_->piece_of(first + i)
-                                     : cuts_.piece_of(MAILLE_TRY(middle_of(first + i, nodes)));
+      const uint32_t to =
+          by_number_
+              ? by_number_->piece_of(first + i)
+              : cuts_.piece_of({MAILLE_TRY(corners_of(nodes)).middle(), static_cast<uint32_t>(first + i)});
       ++sizes_[to].cells;
       ByteWriter out;
       packers[to].pack(first + i, block_of(first + i), piece.types[i], nodes, faces, out);
@@ -256,8 +260,9 @@ Result<> SourcePieces::cut(uint64_t target) {
   points_.emplace(mesh_, working_memory(space_) / 4, false);
   std::vector<Middle> middles;
   middles.reserve(std::min(description().cells, most_sampled + 1));
-  MAILLE_CHECK(sample(middles));
-  cuts_ = bisect(middles, pieces_of(description().cells, target), executor_);
+  ReachCounts reaches;
+  MAILLE_CHECK(sample(middles, reaches));
+  cuts_ = bisect(middles, reaches.median(), pieces_of(description().cells, target), executor_);
   // Given back before buffers of lists are made.
   std::vector<Middle>().swap(middles);
   std::vector<uint32_t>().swap(cuts_.places);

@@ -61,8 +61,8 @@ class SourcePieces {
  private:
   template <class Visit>
   Result<> visit_cells(const char* stage, Visit visit);
-  Result<> sample(std::vector<Middle>& middles);
-  Result<Middle> middle_of(uint64_t cell, std::span<const uint64_t> nodes);
+  Result<> sample(std::vector<Middle>& middles, ReachCounts& reaches);
+  Result<CellCorners> corners_of(std::span<const uint64_t> nodes);
   Result<> divide(size_t pieces);
   Result<> distribute();
   Result<> list_points();

@@ -196,7 +196,7 @@ std::vector<Middle> lattice(uint32_t side) {
 TEST(Bisection, TellsTheSamePieceOfEveryCellThatItWasMadeOf) {
   std::vector<Middle> middles = lattice(9);
   for (unsigned i = 0; i < 50; ++i) middles.push_back({{4, 4, 4}, static_cast<uint32_t>(middles.size())});
-  const Bisection cuts = bisect(middles, 40, serial_executor());
+  const Bisection cuts = bisect(middles, {1, 1, 1}, 40, serial_executor());
   EXPECT_EQ(cuts.ends.size(), 40u);
   for (size_t piece = 0, i = 0; piece < cuts.ends.size(); ++piece) {
     for (; i < cuts.ends[piece]; ++i) EXPECT_EQ(cuts.piece_of(middles[cuts.places[i]]), piece);
@@ -210,7 +210,7 @@ TEST(Bisection, OfASampleCutsALatticeBetweenItsLayers) {
   for (const Middle& middle : all) {
     if (random() % 40 == 0) sample.push_back(middle);
   }
-  const Bisection cuts = bisect(sample, 8, serial_executor());
+  const Bisection cuts = bisect(sample, {1, 1, 1}, 8, serial_executor());
   for (const Bisection::Cut& cut : cuts.cuts) {
     const float beside = cut.value - std::floor(cut.value);
     EXPECT_GT(beside, 0.001f);

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "base/bytes.h"
-#include "volume/pieces/cut_rules.h"
 #include "volume/ranks/collective.h"
 
 namespace maille {
@@ -32,24 +31,25 @@ struct Range {
   bool is_done() const { return pieces < 2 || cells < 2; }
 };
 
-/// A range that is being cut. Keys are the coordinate along the axis, then the number of the cell, so that no
-/// two are the same and the order is that of the one process's sort.
+/// A range that may be cut across an axis. Keys are the coordinate along the axis, then the number of the
+/// cell, so that no two are the same and the order is that of the one process's sort.
 struct Cut {
   size_t range = 0;
   unsigned axis = 0;
   CutPlace place;
   std::vector<uint64_t> keys;    ///< of this rank, rising
-  uint64_t first = 0, last = 0;  ///< keys of the cells place.first and place.last - 1
+  uint64_t first = 0, last = 0;  ///< keys of the cells place.first - 1 and place.last - 1
   uint64_t key = 0;              ///< the first one above the cut
   uint64_t below = 0;            ///< cells of all ranks below
+  float low = 0, high = 0;       ///< where the cells on either side of the cut are
 };
 
 /// Finds cuts level by level. Each level takes a fixed number of messages, whatever the number of ranges:
-/// boxes (1), selection (16), and one exchange for each cut.
+/// boxes (1), selection (16), one exchange for each axis that a range may be cut across, and one to choose.
 class Cutter {
  public:
-  Cutter(const std::vector<CellMiddle>& cells, Ranks& ranks)
-      : cells_(cells), ranks_(ranks), order_(cells.size()) {
+  Cutter(const std::vector<CellMiddle>& cells, const CutPosition& reach, Ranks& ranks)
+      : cells_(cells), reach_(reach), ranks_(ranks), order_(cells.size()) {
     std::iota(order_.begin(), order_.end(), size_t{0});
   }
 
@@ -71,44 +71,75 @@ class Cutter {
   /// Halves all ranges of one depth at once, which takes as many messages for boxes and selection as one
   /// alone.
   void halve_all() {
-    std::vector<Cut> cuts;
-    for (size_t i = 0; i < ranges_.size(); ++i) {
-      if (ranges_[i].is_done()) continue;
-      Cut& cut = cuts.emplace_back();
-      cut.range = i;
-      cut.place = cut_place(ranges_[i].cells, ranges_[i].pieces);
-    }
-    find_axes(cuts);
+    std::vector<Cut> cuts = possible_cuts();
     for (Cut& cut : cuts) sort_keys(cut);
     select(cuts);
-    for (Cut& cut : cuts) find_gap(cut);
-    divide(cuts);
+    for (Cut& cut : cuts) find_place(cut);
+    divide(best_of(cuts));
   }
 
-  /// The box of each range over all ranks; only the axis is kept.
-  void find_axes(std::vector<Cut>& cuts) {
-    // Ranks know the largest of numbers only: the least is the complement of the largest complement.
-    // Largest numbers, and the complements of the least.
-    std::vector<uint64_t> ends(cuts.size() * 6);
-    for (size_t c = 0; c < cuts.size(); ++c) {
-      const Range& range = ranges_[cuts[c].range];
+  /// A cut for each axis that each range may be cut across.
+  std::vector<Cut> possible_cuts() {
+    std::vector<size_t> open;
+    for (size_t i = 0; i < ranges_.size(); ++i) {
+      if (!ranges_[i].is_done()) open.push_back(i);
+    }
+    const std::vector<uint64_t> ends = ends_of(open);
+    std::vector<Cut> cuts;
+    for (size_t i = 0; i < open.size(); ++i) {
+      CutPosition low, high;
+      for (unsigned k = 0; k < 3; ++k) {
+        high[k] = float_of(static_cast<uint32_t>(ends[6 * i + k]));
+        low[k] = float_of(static_cast<uint32_t>(0xffffffff - ends[6 * i + 3 + k]));
+      }
+      for (const unsigned axis : AxesToTry(low, high)) {
+        Cut& cut = cuts.emplace_back();
+        cut.range = open[i];
+        cut.axis = axis;
+        cut.place = cut_place(ranges_[open[i]].cells, ranges_[open[i]].pieces);
+      }
+    }
+    return cuts;
+  }
+
+  /// The box of each of these ranges over all ranks. Ranks know the largest of numbers only: behind the
+  /// largest numbers of a range stand the complements of the least.
+  std::vector<uint64_t> ends_of(const std::vector<size_t>& ranges) {
+    std::vector<uint64_t> ends(ranges.size() * 6);
+    for (size_t r = 0; r < ranges.size(); ++r) {
+      const Range& range = ranges_[ranges[r]];
       for (size_t i = range.begin; i < range.end; ++i) {
         for (unsigned k = 0; k < 3; ++k) {
           const uint64_t x = ordered(cells_[order_[i]].at[k]);
-          ends[6 * c + k] = std::max(ends[6 * c + k], x);
-          ends[6 * c + 3 + k] = std::max(ends[6 * c + 3 + k], 0xffffffff - x);
+          ends[6 * r + k] = std::max(ends[6 * r + k], x);
+          ends[6 * r + 3 + k] = std::max(ends[6 * r + 3 + k], 0xffffffff - x);
         }
       }
     }
     ranks_.largest(ends);
-    for (size_t c = 0; c < cuts.size(); ++c) {
-      std::array<float, 3> low, high;
-      for (unsigned k = 0; k < 3; ++k) {
-        high[k] = float_of(static_cast<uint32_t>(ends[6 * c + k]));
-        low[k] = float_of(static_cast<uint32_t>(0xffffffff - ends[6 * c + 3 + k]));
-      }
-      cuts[c].axis = longest_axis(low, high);
+    return ends;
+  }
+
+  /// Of the cuts of each range the first one with the fewest cells near it.
+  std::vector<Cut> best_of(std::vector<Cut>& cuts) {
+    std::vector<uint64_t> near;
+    for (const Cut& cut : cuts) {
+      const float reach = reach_[cut.axis];
+      near.push_back(static_cast<uint64_t>(std::count_if(cut.keys.begin(), cut.keys.end(), [&](uint64_t key) {
+        return is_near(coordinate_of(key), cut.low, cut.high, reach);
+      })));
     }
+    ranks_.add(near);
+    std::vector<Cut> best;
+    uint64_t least = 0;
+    for (size_t c = 0; c < cuts.size(); ++c) {
+      const bool is_first = best.empty() || best.back().range != cuts[c].range;
+      if (is_first) best.emplace_back();
+      if (!is_first && near[c] >= least) continue;
+      least = near[c];
+      best.back() = std::move(cuts[c]);
+    }
+    return best;
   }
 
   uint64_t key_of(size_t cell, unsigned axis) const {
@@ -138,7 +169,7 @@ class Cutter {
       ranks_.add(below);
       for (size_t c = 0; c < cuts.size(); ++c) {
         const uint64_t* const counts = &below[2 * c * digits];
-        cuts[c].first |= last_within(counts, cuts[c].place.first) << shift;
+        cuts[c].first |= last_within(counts, cuts[c].place.first - 1) << shift;
         cuts[c].last |= last_within(counts + 1, cuts[c].place.last - 1) << shift;
       }
     }
@@ -153,9 +184,11 @@ class Cutter {
     return static_cast<uint64_t>(std::lower_bound(cut.keys.begin(), cut.keys.end(), key) - cut.keys.begin());
   }
 
-  /// Where the gap is widest among the cells near the cut, which all ranks send to all: a layer of the mesh,
-  /// or a sixteenth of its cells.
-  void find_gap(Cut& cut) {
+  static float coordinate_of(uint64_t key) { return float_of(static_cast<uint32_t>(key >> 32)); }
+
+  /// The best place among the cells near the middle, which all ranks send to all: a layer of the mesh, or a
+  /// quarter of a piece on either side. One cell more than the place needs: the one below the first.
+  void find_place(Cut& cut) {
     const auto begin = std::lower_bound(cut.keys.begin(), cut.keys.end(), cut.first);
     const auto end = std::upper_bound(begin, cut.keys.end(), cut.last);
     ByteWriter mine;
@@ -165,11 +198,12 @@ class Cutter {
       for (ByteReader in(buffer); in.remaining() > 0;) keys.push_back(in.get<uint64_t>());
     }
     std::sort(keys.begin(), keys.end());
-    const uint64_t first = cut.place.first;
-    cut.below = widest_gap(cut.place, [&](uint64_t i) {
-      return float_of(static_cast<uint32_t>(keys[static_cast<size_t>(i - first)] >> 32));
-    });
-    cut.key = keys[static_cast<size_t>(cut.below - first)];
+    const uint64_t before = cut.place.first - 1;
+    const auto key_at = [&](uint64_t i) { return keys[static_cast<size_t>(i - before)]; };
+    cut.below = sparsest_place(cut.place, [&](uint64_t i) { return coordinate_of(key_at(i)); });
+    cut.key = key_at(cut.below);
+    cut.low = coordinate_of(key_at(cut.below - 1));
+    cut.high = coordinate_of(cut.key);
   }
 
   /// Splits each range that was cut, and drops halves without cells. All ranks have the same list of ranges,
@@ -197,6 +231,7 @@ class Cutter {
   }
 
   const std::vector<CellMiddle>& cells_;
+  CutPosition reach_;
   Ranks& ranks_;
   std::vector<size_t> order_;  ///< cells of this rank, range by range
   std::vector<Range> ranges_;
@@ -204,8 +239,9 @@ class Cutter {
 
 }  // namespace
 
-RankPieces cut_among_ranks(const std::vector<CellMiddle>& cells, uint64_t target, Ranks& ranks) {
-  return Cutter(cells, ranks).run(target);
+RankPieces cut_among_ranks(const std::vector<CellMiddle>& cells, const CutPosition& reach, uint64_t target,
+                           Ranks& ranks) {
+  return Cutter(cells, reach, ranks).run(target);
 }
 
 /// Cells have one rank each, and points several, so that points are listed by piece and number and each is

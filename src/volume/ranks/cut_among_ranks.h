@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "volume/pieces/cut_rules.h"
 #include "volume/pieces/number_cut.h"
 
 namespace maille {
@@ -23,7 +24,9 @@ struct RankPieces {
   std::vector<uint32_t> of_cell;  ///< by cell of this rank, in the order given
   uint32_t count = 0;             ///< of all ranks; none where there are no cells
 };
-RankPieces cut_among_ranks(const std::vector<CellMiddle>& cells, uint64_t target, Ranks& ranks);
+/// `reach`: of most cells of all ranks.
+RankPieces cut_among_ranks(const std::vector<CellMiddle>& cells, const CutPosition& reach, uint64_t target,
+                           Ranks& ranks);
 
 /// What the cells and points of all ranks are in the pieces that stand for all (number_cut.h); the same in
 /// all ranks. `points`: by point of the part its number in the whole mesh.

@@ -72,7 +72,10 @@ class RanksEncoder {
   /// As the function of this name has it for a mesh in memory: both ways of cutting are compared by the same
   /// numbers.
   RankPieces cut_into_pieces(const Directory& points, const Directory& cells) {
-    RankPieces by_planes = cut_among_ranks(middles(cells), how_.cells_per_piece, ranks_);
+    ReachCounts reaches;
+    const std::vector<CellMiddle> each = middles(cells, reaches);
+    ranks_.add(reaches.counts());
+    RankPieces by_planes = cut_among_ranks(each, reaches.median(), how_.cells_per_piece, ranks_);
     if (by_planes.count < 2) return by_planes;
     const NumberCut cut = {coding_.cells, by_planes.count};
     RankPieces by_number = {{}, by_planes.count};
@@ -88,16 +91,17 @@ class RanksEncoder {
   }
 
   // As middles_of() of cut_cells.cpp: the same sums in the same order.
-  std::vector<CellMiddle> middles(const Directory& cells) const {
+  std::vector<CellMiddle> middles(const Directory& cells, ReachCounts& reaches) const {
     const std::vector<CutPosition> positions = cut_positions(part_.mesh->points, executor_of());
     std::vector<CellMiddle> middles;
     middles.reserve(cells.numbers().size());
     for (const CellBlock& block : part_.mesh->blocks) {
       for (uint64_t i = 0, count = block.size(); i < count; ++i) {
         const uint32_t number = cells.numbers()[middles.size()];
-        MiddleSum sum;
-        for (const uint32_t point : block.cell(i)) sum.add(positions[point]);
-        middles.push_back({sum.middle(), number});
+        CellCorners corners;
+        for (const uint32_t point : block.cell(i)) corners.add(positions[point]);
+        middles.push_back({corners.middle(), number});
+        reaches.add(corners.reach());
       }
     }
     return middles;
