@@ -75,8 +75,9 @@ export function surfaceOfPiece(file, request) {
   return ofVolume(file, 'maille_surface_of_piece', request, () => drawnOfPiece(file));
 }
 function drawnOfPiece(file) {
-  const drawn = file.drawn(file.list(file.decoder.calls.maille_volume_buffers(file.reader, 1)));
-  return {...drawn, origin: drawn.origin.slice(0, 3), held: drawn.origin.slice(3)};
+  // Behind the origin there are no cells of blocks here, but the pieces that the decoder has kept.
+  const {blockCells: held = [], ...drawn} = file.drawn(file.list(file.decoder.calls.maille_volume_buffers(file.reader, 1)));
+  return {...drawn, held};
 }
 function ofVolume(file, name, request, value) {
   const {calls} = file.decoder, {numbers, text} = packed(request);
