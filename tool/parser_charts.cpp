@@ -259,7 +259,7 @@ void Parser::add_serve() {
 void Parser::add_view() {
   CLI::App* v =
       verb("view",
-           "Look at a .maille file in the browser.\n"
+           "Look at a .maille or .maille.glb file in the browser.\n"
            "Of a file of mode random, only what is in sight is read, in the detail that can be "
            "seen, so that meshes of any size appear at once. Other files are shown whole, and "
            "volumes by their boundary. The command serves the file and the viewer to this machine, "
@@ -268,7 +268,7 @@ void Parser::add_view() {
            "maille view scan.maille\n"
            "maille view https://example.org/scan.maille\n"
            "maille view --no-browser --port 8081 scan.maille   # through ssh -L 8081:127.0.0.1:8081");
-  add_file(v, "FILE", view.input, "A .maille file, or the address of one")->required();
+  add_file(v, "FILE", view.input, "A .maille, .maille.glb or .glb file, or the address of one")->required();
   v->add_option("-p,--port", view.port, "Port to listen on; 0: any free port (default)")
       ->check(CLI::Range(0, 65535))
       ->type_name("N")

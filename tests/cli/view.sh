@@ -45,7 +45,8 @@ get "$(json 'j["address"]' < view.json | cut -d/ -f1-3)/a.maille"
 kill $server
 wait $server
 
-# A folder has links.
+# A folder has links, also to scenes of glTF.
+maille convert -q tetra.off scans/b.glb
 rm address
 maille serve --port 0 scans > address 2> said &
 server=$!

@@ -55,6 +55,12 @@ std::string type_of(const std::string& path) {
   return "application/octet-stream";
 }
 
+/// What the viewer shows: scenes of glTF, too.
+bool can_be_viewed(const std::string& path) {
+  const std::string type = type_of(path);
+  return type == "model/vnd.maille" || type == "model/gltf-binary" || type == "model/gltf+json";
+}
+
 /// "/a/.b", "/../a"; and what no name holds.
 bool is_hidden(const std::string& path) {
   return path.find("/.") != std::string::npos || path.find('\0') != std::string::npos;
@@ -192,7 +198,7 @@ std::string ServedFiles::page(const std::string& path, const std::string& viewer
   text += page_style + fmt::format("<h1>{}</h1>\n<ul>\n", html(path));
   for (const std::string& name : names_in(path)) {
     text += fmt::format("<li><a href=\"{}\">{}</a>", "./" + url_encoded(name), html(name));
-    if (!viewer.empty() && type_of(name) == "model/vnd.maille")
+    if (!viewer.empty() && can_be_viewed(name))
       text += fmt::format(" <a href=\"{}/?file={}\">view</a>", viewer, url_encoded(path + name));
     if (const auto served = name.ends_with('/') ? nullptr : file(path + name))
       text += fmt::format(" <small>{}</small>", human_bytes(static_cast<double>(served->size)));

@@ -266,9 +266,9 @@ bool is_address(const std::string& input) {
   return input.compare(0, 7, "http://") == 0 || input.compare(0, 8, "https://") == 0;
 }
 
-/// What a browser would tell only later.
-Result<> check_magic(const std::string& name) {
-  if (is_maille(*TOOL_TRY(file_source(name)))) return {};
+/// What a browser would tell only later. Scenes of glTF, compressed or not, it reads by itself.
+Result<> check_shown(const std::string& name) {
+  if (is_maille(*TOOL_TRY(file_source(name))) || name.ends_with(".glb") || name.ends_with(".gltf")) return {};
   return failure(ErrorCode::corrupt,
                  fmt::format("{}: is no .maille file; make one of a mesh: maille compress MESH", name));
 }
@@ -298,7 +298,7 @@ Result<int> run(const ViewOptions& options) {
     site.files = TOOL_TRY(ServedFiles::open(options.input));
     if (site.files->only().empty())
       return failure(ErrorCode::usage, fmt::format("{}: is a folder; see 'maille serve'", options.input));
-    TOOL_CHECK(check_magic(options.input));
+    TOOL_CHECK(check_shown(options.input));
     shown = "/" + site.files->only();
   }
   ServeOptions server;

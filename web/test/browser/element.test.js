@@ -27,8 +27,8 @@ const pageWith = (script, attributes) => `<!doctype html>
 before(async () => {
   if (skip) return;
   mkdirSync(folder, {recursive: true});
-  for (const [mesh, name, ...options] of [['tri/armadillo.obj', 'armadillo', '--mode', 'random', '--bits', '14'], ['tri/bear.off', 'bear'], ['hex/combustor_plot3d.vtu', 'pieces', '--pieces', '4000']])
-    execFileSync(maille, ['compress', '-q', '-f', ...options, path.join(root, 'build/data', mesh), path.join(folder, `${name}.maille`)]);
+  for (const [mesh, name, ...options] of [['tri/armadillo.obj', 'armadillo', '--mode', 'random', '--bits', '14'], ['tri/bear.off', 'bear'], ['hex/combustor_plot3d.vtu', 'pieces', '--pieces', '4000'], ['textured/SheenCloth.glb', 'cloth.maille.glb']])
+    execFileSync(maille, ['compress', '-q', '-f', ...options, path.join(root, 'build/data', mesh), path.join(folder, name.includes('.') ? name : `${name}.maille`)]);
   browser = await launch();
   server = await serve('serve', '--quiet', '--port', '0', root);
   other = await serve('serve', '--quiet', '--port', '0', path.join(root, 'web'));
@@ -48,9 +48,9 @@ async function openPage(name, attributes, script = '../../../web/dist/element/ma
 }
 const settled = page => page.waitForFunction(() => document.querySelector('maille-viewer').settled, null, {timeout: PATIENCE, polling: 100});
 
-for (const [name, about] of [['armadillo', /86 482 faces/], ['bear', /triangles shown/], ['pieces', /11 pieces/]]) {
+for (const [name, about] of [['armadillo', /86 482 faces/], ['bear', /triangles shown/], ['pieces', /11 pieces/], ['cloth.maille.glb', /115 200 triangles · 1 material/]]) {
   test(`${name} is shown by the element, with a label that tells what it is`, {skip}, async () => {
-    const page = await openPage(name, `src="${name}.maille" alt="A thing of clay."`);
+    const page = await openPage(name, `src="${name.includes('.') ? name : `${name}.maille`}" alt="A thing of clay."`);
     await settled(page);
     const label = await page.evaluate(() => document.querySelector('maille-viewer').shadowRoot.querySelector('canvas').ariaLabel ??
       document.querySelector('maille-viewer').shadowRoot.querySelector('canvas').getAttribute('aria-label'));

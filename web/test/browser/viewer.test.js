@@ -29,6 +29,7 @@ before(async () => {
   for (const [name, [mesh, ...options]] of Object.entries(meshes))
     execFileSync(maille, ['compress', '-q', '-f', ...options, path.join(root, 'build/data', mesh), path.join(folder, `${name}.maille`)]);
   withSteps(maille, folder, 12);
+  execFileSync(maille, ['compress', '-q', '-f', path.join(root, 'build/data/textured/SheenCloth.glb'), path.join(folder, 'cloth.maille.glb')]);
   // Two materials: one with a picture, one red; and the picture that the coloured mesh names.
   const picture = Buffer.from('iVBORw0KGgoAAAANSUhEUgAAAAQAAAAECAIAAAAmkwkpAAAAGElEQVR4nGOwieq5syAKQjLAWUCSAacMAGtiF8Hw/q++AAAAAElFTkSuQmCC', 'base64');
   for (const name of ['cow.png', 'TextureDouble_A.png']) writeFileSync(path.join(folder, name), picture);
@@ -404,6 +405,66 @@ test('materials of a library beside the file are drawn, with their pictures', {s
   assert.deepEqual(drawn, [{picture: 4, colour: 0xffffff}, {picture: undefined, colour: 0xff0000}]);
   await screenshot(page, 'materials');
   assert.deepEqual(page.complaints, []);
+  await page.close();
+});
+
+test('a scene of glTF is drawn with its own materials and pictures', {skip}, async () => {
+  const page = await openViewer('cloth.maille.glb');
+  const seen = await page.evaluate(() => {
+    const {model, stage, colouring} = viewer, [{material}] = model.meshes, gl = stage.renderer.getContext(), pixel = new Uint8Array(4);
+    stage.draw();
+    gl.readPixels(gl.drawingBufferWidth / 2, gl.drawingBufferHeight / 2, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
+    return {mode: colouring.mode, pictures: ['map', 'normalMap', 'roughnessMap', 'aoMap'].map(name => material[name]?.image.width > 0),
+      triangles: model.triangles, mirrors: stage.scene.environment !== null, pixel: [...pixel]};
+  });
+  assert.deepEqual({...seen, pixel: undefined}, {mode: 'materials', pictures: [true, true, true, true], triangles: 115_200, mirrors: true, pixel: undefined});
+  assert.ok(seen.pixel[2] > 1.3 * seen.pixel[0], `it is blue: ${seen.pixel}`);
+  await screenshot(page, 'scene');
+  await page.click('[data-tool="pick"]');
+  await page.mouse.click(480, 330);
+  await page.waitForSelector('#picked:not([hidden])');
+  const {position, corners} = await page.evaluate(() => viewer.picking.last), size = await page.evaluate(() => viewer.model.sphere.radius);
+  assert.ok(corners.every(corner => Math.hypot(...corner.map((x, k) => x - position[k])) < 0.1 * size), JSON.stringify({position, corners}));
+  await openPanel(page);
+  await page.selectOption('#colour', 'plain');
+  await page.selectOption('#colour', 'point normal\n1');
+  await page.waitForSelector('#legend:not([hidden])');
+  // A scan has the light that it had before.
+  await page.evaluate(() => viewer.open('/bear.maille'));
+  await settle(page);
+  assert.deepEqual(await page.evaluate(() => [viewer.stage.scene.environment, viewer.colouring.mode]), [null, 'plain']);
+  assert.deepEqual(page.complaints, []);
+  await page.close();
+});
+
+test('a scene of glTF has files read in its folder only, and what is wrong with it is told', {skip}, async () => {
+  const corners = Buffer.from(new Float32Array([0, 0, 0, 1, 0, 0, 0, 1, 0]).buffer).toString('base64');
+  mkdirSync(path.join(folder, 'deep'), {recursive: true});
+  const scene = uri => JSON.stringify({
+    asset: {version: '2.0'}, scene: 0, scenes: [{nodes: [0]}], nodes: [{mesh: 0, translation: [5, 0, 0]}],
+    meshes: [{primitives: [{attributes: {POSITION: 0}, material: 0}]}], materials: [{pbrMetallicRoughness: {baseColorTexture: {index: 0}}}],
+    textures: [{source: 0}], images: [{uri}], buffers: [{byteLength: 36, uri: `data:application/octet-stream;base64,${corners}`}],
+    bufferViews: [{buffer: 0, byteLength: 36}], accessors: [{bufferView: 0, componentType: 5126, count: 3, type: 'VEC3', min: [0, 0, 0], max: [1, 1, 0]}],
+  });
+  for (const [name, uri] of [['near', 'cow.png'], ['far', 'http://127.0.0.1:9/far.png'], ['deep/above', '../above.png']]) writeFileSync(path.join(folder, `${name}.gltf`), scene(uri));
+  writeFileSync(path.join(folder, 'cut.maille.glb'), readFileSync(path.join(folder, 'cloth.maille.glb')).subarray(0, 300_000));
+  for (const name of ['near', 'far', 'deep/above']) {
+    const page = await newPage(browser), asked = [];
+    page.on('request', request => asked.push(request.url()));
+    await page.goto(`${server.address}.viewer/?file=/${name}.gltf`);
+    await settle(page);
+    const {pictures, centre} = await page.evaluate(() => ({pictures: viewer.model.meshes.filter(mesh => mesh.material.map).length, centre: viewer.model.sphere.center.x}));
+    assert.deepEqual({pictures, centre}, {pictures: name === 'near' ? 1 : 0, centre: 5.5});
+    if (name !== 'near') assert.match(await page.textContent('.message.bad'), /^1 picture of this scene could not be read/);
+    assert.ok(!asked.some(url => /far\.png|above\.png/.test(url)), asked.join());
+    await page.close();
+  }
+  const page = await newPage(browser);
+  await page.goto(`${server.address}.viewer/?file=/cut.maille.glb`);
+  await page.waitForSelector('.message.bad');
+  assert.match(await page.textContent('.message.bad'), /cut\.maille\.glb: is cut off/);
+  await page.evaluate(() => viewer.open('/bear.maille'));
+  await settle(page);
   await page.close();
 });
 

@@ -48,8 +48,9 @@ export class Colouring {
     for (const {map} of this.materials?.values() ?? []) map?.dispose();
     this.materials = materials;
     for (const each of materials?.values() ?? []) {
-      each.onBeforeCompile = mirrorNormals;
-      Object.assign(each, {wireframe: this.plain.wireframe, flatShading: this.plain.flatShading});
+      if (!each.userData.isOfScene) each.onBeforeCompile = mirrorNormals;
+      each.wireframe = this.plain.wireframe;
+      setFlat(each, this.plain.flatShading);
     }
   }
   get #every() {
@@ -76,10 +77,7 @@ export class Colouring {
     for (const mesh of this.model?.meshes ?? []) this.#showEdges(mesh);
   }
   setFlat(on) {
-    for (const each of this.#every) {
-      each.flatShading = on;
-      each.needsUpdate = true;
-    }
+    for (const each of this.#every) setFlat(each, on);
   }
 
   /** @param {string} mode 'plain', 'own', 'materials', 'level', 'chart', or the key of a field; with its component, -1: magnitude */
@@ -107,7 +105,7 @@ export class Colouring {
       return false;
     }
     if (this.mode === 'materials') {
-      mesh.material = this.#materialsOf(mesh.geometry);
+      mesh.material = mesh.userData.own ?? this.#materialsOf(mesh.geometry);
       return false;
     }
     if (this.mode === 'level') mesh.material = this.distinct[level % this.distinct.length];
@@ -163,6 +161,12 @@ function scalarOf({values, components}, index, component) {
   let sum = 0;
   for (let c = 0; c < components; ++c) sum += Number(values[index * components + c]) ** 2;
   return Math.sqrt(sum);
+}
+
+/** Some materials of scenes are flat whatever is chosen: for meshes without normals. */
+function setFlat(material, on) {
+  material.flatShading = on || Boolean(material.userData.flat);
+  material.needsUpdate = true;
 }
 
 function material(options) {

@@ -127,6 +127,7 @@ export class MailleViewer extends HTMLElement {
     this.model = model;
     stage.scene.add(model.object);
     stage.setSphere(model.sphere);
+    stage.setReflecting(Boolean(model.reflects));
     stage.setGround(() => model.shownBox ?? model.box);
     this.#target();
     this.colouring.setFlat(model.flat ?? false);
@@ -167,7 +168,7 @@ export class MailleViewer extends HTMLElement {
   fit() {
     const {model, navigation, stage} = this;
     if (!model) return;
-    navigation.fit(model.sphere, navigation.firstDirection, model.box ?? (model.shown.length > 0 ? model.shownBox : null));
+    navigation.fit(model, navigation.firstDirection);
     this.fitted = stage.camera.position.clone();
   }
   #fitAgain() {

@@ -2,13 +2,25 @@
 
 import * as THREE from 'three';
 
+/** How bright it is; and how much brighter lamps are than soft light of the same sum. */
+const AROUND = 0.82, BRIGHTER = 4;
+
 /** What comes from a direction whose height above the horizon is `up`, with `aside` to the right: soft boxes on a grey wall. */
-function studio({x, y, z}) {
-  const box = (bx, by, bz, sharp) => Math.max(0, (x * bx + y * by + z * bz) / Math.hypot(bx, by, bz)) ** sharp;
-  const wall = 0.34 + 0.3 * y, above = 1.5 * box(0.1, 1, 0.15, 4), left = 0.75 * box(-1, 0.45, 0.5, 6), right = 0.55 * box(1, 0.2, -0.4, 6);
-  const floor = 0.2 * box(0, -1, 0, 2);
+function studio({x, y, z}, box = softBox) {
+  const at = (bx, by, bz, sharp) => box((x * bx + y * by + z * bz) / Math.hypot(bx, by, bz), sharp);
+  const wall = 0.34 + 0.3 * y, above = 1.5 * at(0.1, 1, 0.15, 4), left = 0.75 * at(-1, 0.45, 0.5, 6), right = 0.55 * at(1, 0.2, -0.4, 6);
+  const floor = 0.2 * softBox(-y, 2);
   const warm = above + left + floor, cold = right + wall;
   return [warm + 0.97 * cold, 0.985 * warm + 0.985 * cold, 0.95 * warm + 1.03 * cold];
+}
+
+/** By the cosine to its middle. */
+function softBox(cosine, sharp) {
+  return Math.max(0, cosine) ** sharp;
+}
+/** As much light, out of a disk that polished things show: softBox() gives 2 pi / (sharp + 1) in all. */
+function lampDisk(cosine, sharp) {
+  return 1 - cosine < 1 / (BRIGHTER * (sharp + 1)) ? BRIGHTER : 0;
 }
 
 /** As nine numbers a colour, which is all that rough surfaces see of it (Ramamoorthi and Hanrahan, 2001). */
@@ -26,10 +38,30 @@ function probeOf(environment) {
   return probe;
 }
 
+/** The same for all roughnesses, as three.js has it. */
+function mirrorOf(renderer, environment) {
+  const columns = 256, rows = 128, values = new Uint16Array(4 * columns * rows), direction = new THREE.Vector3();
+  for (let i = 0, at = 0; i < rows; ++i) {
+    for (let k = 0; k < columns; ++k) {
+      // From below upwards; the middle column looks along x.
+      const polar = Math.PI * (1 - (i + 0.5) / rows), around = 2 * Math.PI * ((k + 0.5) / columns - 0.5);
+      direction.set(Math.sin(polar) * Math.cos(around), Math.cos(polar), Math.sin(polar) * Math.sin(around));
+      for (const light of [...environment(direction, lampDisk), 1]) values[at++] = THREE.DataUtils.toHalfFloat(light);
+    }
+  }
+  const picture = new THREE.DataTexture(values, columns, rows, THREE.RGBAFormat, THREE.HalfFloatType, THREE.EquirectangularReflectionMapping);
+  Object.assign(picture, {magFilter: THREE.LinearFilter, minFilter: THREE.LinearFilter, needsUpdate: true});
+  const generator = new THREE.PMREMGenerator(renderer), target = generator.fromEquirectangular(picture);
+  generator.dispose();
+  picture.dispose();
+  return target;
+}
+
 export class Light {
   constructor(scene, camera) {
+    this.scene = scene;
     this.probe = new THREE.LightProbe();
-    this.probe.intensity = 0.82;
+    this.probe.intensity = AROUND;
     scene.add(this.probe);
     this.#lamp(camera, 1.75, [-0.9, 1, 0.7]);
     this.#lamp(camera, 0.5, [1.2, -0.1, 0.5]);
@@ -38,7 +70,16 @@ export class Light {
   /** Which way the ceiling is. */
   setUp(up) {
     const toY = new THREE.Quaternion().setFromUnitVectors(up, new THREE.Vector3(0, 1, 0));
-    this.probe.sh.copy(probeOf(direction => studio(direction.clone().applyQuaternion(toY))).sh);
+    this.environment = (direction, box) => studio(direction.clone().applyQuaternion(toY), box);
+    this.probe.sh.copy(probeOf(this.environment).sh);
+    if (this.mirror) this.setReflecting(this.mirror.renderer, true);
+  }
+  /** Metal and glass of a scene mirror the studio. What is rough sees no more than the probe, which takes less time. */
+  setReflecting(renderer, on) {
+    this.mirror?.target.dispose();
+    this.mirror = on ? {renderer, target: mirrorOf(renderer, this.environment)} : null;
+    Object.assign(this.scene, {environment: this.mirror?.target.texture ?? null, environmentIntensity: AROUND});
+    this.probe.intensity = on ? 0 : AROUND;
   }
   #lamp(camera, intensity, position) {
     const lamp = new THREE.DirectionalLight(0xffffff, intensity);

@@ -47,7 +47,7 @@ class Viewer {
       event.preventDefault();
       tell('The graphics card took back its memory; the picture comes again when it can.', true);
     });
-    canvas.addEventListener('webglcontextrestored', () => this.stage.touch());
+    canvas.addEventListener('webglcontextrestored', () => this.stage.renew());
   }
 
   /** @param input an address, File or ArrayBuffer; resolves to whether it could be opened */
@@ -101,6 +101,7 @@ class Viewer {
     find('file-about').title = model.about;
     this.stage.scene.add(model.object);
     this.stage.setSphere(model.sphere);
+    this.stage.setReflecting(Boolean(model.reflects));
     this.stage.setGround(() => model.shownBox ?? model.box);
     this.cuts.offer(model, this.stage.sphere, () => this.stage.camera.getWorldDirection(new THREE.Vector3()));
     this.colouring.offerMaterials(null);
@@ -125,6 +126,7 @@ class Viewer {
     const {model} = this, faces = model.refines ? model.file.levels[0]?.faces ?? 0 : model.triangles;
     if (faces === 0 && !model.volume) tell('This mesh has no faces. Points and lines are not drawn.', true);
     if (model.undrawable > 0) tell(`${counted(model.undrawable, 'triangle')} not drawn: the numbers of their corners are not finite.`, true);
+    if (model.missing > 0) tell(`${counted(model.missing, 'picture')} of this scene could not be read.`, true);
   }
 
   /** Pictures come later than the mesh. */
@@ -166,7 +168,7 @@ class Viewer {
   fit(direction = null) {
     const {model} = this;
     if (!model) return;
-    this.navigation.fit(model.sphere, direction, model.box ?? (model.shown.length > 0 ? model.shownBox : null));
+    this.navigation.fit(model, direction);
     this.fitted = this.stage.camera.position.clone();
   }
   /** What is free of the picture: not covered by bars and the panel. */
@@ -256,7 +258,7 @@ class Viewer {
     const {stage, stage: {canvas}} = this;
     // What was drawn before is no longer there.
     stage.draw();
-    canvas.toBlob(blob => saveAs(blob, `${find('file-name').textContent.replace(/\.maille$/, '')}.png`));
+    canvas.toBlob(blob => saveAs(blob, `${find('file-name').textContent.replace(/(\.maille)?(\.gl(b|tf))?$/, '')}.png`));
   }
   async copyLink() {
     if (!this.address) return tell('A file of this device has no address that others could open.');

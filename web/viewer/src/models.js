@@ -1,5 +1,5 @@
-// What is shown: a file of mode random, which refines itself, or a mesh that is here as a whole. Both have
-// {object, sphere, meshes, triangles, fields, update(), pick(), dispose()}.
+// What is shown: a file of mode random, which refines itself, a mesh that is here as a whole, or a scene of glTF (gltf_model.js).
+// All have {object, sphere, meshes, triangles, fields, update(), pick(), dispose()}.
 
 import * as THREE from 'three';
 
@@ -28,6 +28,11 @@ export async function openModel(input, on = {}, signal = undefined) {
     count.fetched += bytes;
     on.bytes?.(count.fetched, file?.size ?? 0);
   };
+  if (await isGltf(input)) {
+    const {readGltf} = await import('./gltf_model.js');
+    const bytes = await wholeOf(input, on, signal), address = typeof input === 'string' ? new URL(input, location.href) : null;
+    return readGltf(bytes, address, address?.href ?? input.name ?? 'scene', {fetched: address ? bytes.byteLength : 0});
+  }
   file = await MeshFile.open(input, {maxWhole: MOST_BYTES, cacheBytes: cacheBytesFor(budget()), fetch: countingFetch(onBytes), signal});
   try {
     if (file.mode === 'random') return new RefinedModel(file, count, () => materialsOf(file, input));
@@ -43,6 +48,24 @@ export async function openModel(input, on = {}, signal = undefined) {
     file.close();
     throw error;
   }
+}
+
+/** Addresses tell it by their end, other input by its first bytes: so do .glb and .maille.glb, and .gltf by its name. */
+async function isGltf(input) {
+  const name = typeof input === 'string' ? new URL(input, location.href).pathname : input.name ?? '';
+  if (/\.(glb|gltf)$/i.test(name) || typeof input === 'string') return /\.(glb|gltf)$/i.test(name);
+  const first = input instanceof ArrayBuffer ? input.slice(0, 4) : await input.slice(0, 4).arrayBuffer();
+  return new TextDecoder().decode(first) === 'glTF';
+}
+
+/** All bytes of an address, File or ArrayBuffer. */
+async function wholeOf(input, on, signal) {
+  if (typeof input !== 'string') return input instanceof ArrayBuffer ? input : input.arrayBuffer();
+  let fetched = 0, size = 0;
+  const response = await countingFetch(bytes => on.bytes?.(fetched += bytes, size))(input, {signal});
+  if (!response.ok) throw new Error(`${input}: the server answered ${response.status} ${response.statusText}`.trim());
+  size = Number(response.headers.get('content-length')) || 0;
+  return response.arrayBuffer();
 }
 
 /** A promise of the materials that a file names, see materials.js; null: it names none, or what it names is not beside it. */

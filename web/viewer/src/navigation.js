@@ -7,6 +7,11 @@ import {corners} from './cuts.js';
 
 const FLYING = {KeyW: [0, 0, -1], KeyS: [0, 0, 1], KeyA: [-1, 0, 0], KeyD: [1, 0, 0], KeyQ: [0, -1, 0], KeyE: [0, 1, 0]};
 
+/** What is fitted into the picture has so much room, for the shadow beside it, too. */
+const MARGIN = 1.1;
+/** So many vertices tell how large a mesh is seen. */
+const ENOUGH = 4000;
+
 export class Navigation {
   constructor(stage) {
     this.stage = stage;
@@ -62,19 +67,21 @@ export class Navigation {
   }
 
   /**
-   * Shows all of it, in what is free of the picture.
-   * @param {THREE.Box3 | null} box tighter than the sphere, where one is known
+   * Shows all of a model, in what is free of the picture: by its vertices where they are here, else by its box or its sphere.
    */
-  fit(sphere, direction = null, box = null) {
+  fit(model, direction = null) {
+    const {sphere} = model;
+    let box = model.box ?? (model.shown.length > 0 ? model.shownBox : null);
     const {camera, free, size} = this.stage, away = direction?.clone() ?? camera.position.clone().sub(this.orbit.target);
     if (away.lengthSq() === 0) away.set(0.5, 0.35, 1);
     away.normalize();
     const tangent = Math.tan(THREE.MathUtils.degToRad(camera.fov) / 2) / size[1], across = free.width * tangent, along = free.height * tangent;
     if (box?.isEmpty()) box = null;  // points alone
     const centre = box ? box.getCenter(new THREE.Vector3()) : sphere.center;
-    const distance = box ? distanceToSee(corners(box).map(corner => corner.sub(centre)), away, camera.up, across, along)
+    const points = !box ? [] : model.volume ? corners(box) : someVertices(model.shown);
+    const distance = points.length > 0 ? distanceToSee(points.map(point => point.sub(centre)), away, camera.up, across, along)
       : sphere.radius / Math.sin(Math.atan(Math.min(across, along)));
-    this.place(centre.clone().addScaledVector(away, Math.max(1.06 * distance, 1e-3 * sphere.radius)), centre);
+    this.place(centre.clone().addScaledVector(away, Math.max(MARGIN * distance, 1e-3 * sphere.radius)), centre);
     this.orbit.minDistance = 1e-3 * sphere.radius;
     this.orbit.maxDistance = 20 * sphere.radius;
   }
@@ -178,6 +185,19 @@ function distanceToSee(points, away, up, across, along) {
   right.normalize();
   const above = new THREE.Vector3().crossVectors(away, right);
   return Math.max(...points.map(point => Math.max(Math.abs(point.dot(right)) / across, Math.abs(point.dot(above)) / along) + point.dot(away)));
+}
+
+function someVertices(meshes) {
+  const found = [], all = meshes.reduce((sum, {geometry}) => sum + geometry.getAttribute('position').count, 0), step = Math.max(1, all / ENOUGH);
+  for (const mesh of meshes) {
+    mesh.updateWorldMatrix(true, false);
+    const {count} = mesh.geometry.getAttribute('position');
+    for (let i = 0; i < count; i += step) {
+      const point = mesh.localToWorld(mesh.getVertexPosition(Math.floor(i), new THREE.Vector3()));
+      if (Number.isFinite(point.lengthSq())) found.push(point);
+    }
+  }
+  return found;
 }
 
 export function isTyping({target}) {

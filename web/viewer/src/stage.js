@@ -79,6 +79,18 @@ export class Stage extends EventTarget {
     this.touch();
   }
 
+  /** @param {boolean} on the mesh has materials that shine */
+  setReflecting(on) {
+    if (on !== Boolean(this.light.mirror)) this.light.setReflecting(this.renderer, on);
+    this.touch();
+  }
+
+  /** After the graphics card lost what it had: pictures that were drawn there are made again. */
+  renew() {
+    if (this.light.mirror) this.light.setReflecting(this.renderer, true);
+    this.touchGround();
+  }
+
   /** What is looked at: for distances of the camera. */
   setSphere(sphere) {
     this.sphere = sphere.radius > 0 ? sphere : new THREE.Sphere(sphere.center, 1);

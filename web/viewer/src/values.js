@@ -8,15 +8,17 @@ import {isOfCells, tupleOfTriangle} from '../../src/three.js';
 export function pickDrawn(raycaster, meshes) {
   const [hit] = raycaster.intersectObjects(meshes, false);
   if (!hit) return null;
-  const drawn = drawnOf(hit.object), triangle = hit.faceIndex, corners = cornersOf(drawn, triangle, drawn.origin);
+  const {object, faceIndex: triangle, face: {a, b, c}} = hit, drawn = drawnOf(object);
+  // Where they are seen: scenes have meshes that are turned, scaled, bent.
+  const corners = [a, b, c].map(vertex => object.localToWorld(object.getVertexPosition(vertex, new THREE.Vector3())).toArray());
   const barycentric = THREE.Triangle.getBarycoord(hit.point, ...corners.map(c => new THREE.Vector3(...c)), new THREE.Vector3());
   const face = drawn.cells[triangle], weights = barycentric?.toArray() ?? [1, 0, 0];
   return {position: hit.point.toArray(), distance: hit.distance, face, number: face, corners, triangle, weights, drawn, values: valuesAt(drawn, triangle, weights)};
 }
 /** Where values of cells are shown each triangle has corners of its own; then the geometry before is in userData. */
 function drawnOf({geometry}) {
-  const whole = geometry.userData.whole ?? geometry, {origin, cells, arrays} = whole.userData;
-  return {origin, cells, arrays, positions: whole.getAttribute('position').array, triangles: whole.index.array};
+  const whole = geometry.userData.whole ?? geometry, {cells, arrays} = whole.userData;
+  return {cells, arrays, triangles: whole.index.array};
 }
 
 /** The triangle of a face that has the corners that were hit. */
