@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <random>
 
 #include "base/result.h"
 #include "container/file_reader.h"
@@ -173,7 +174,75 @@ void print_row(const std::string& path, const Mesh& mesh, const Checked& checked
   }
 }
 
+/// Around a point of the mesh, with sides of 1/500 to a half of its extent, each with a size of its own.
+Region random_box(const Mesh& mesh, const std::array<double, 3>& extent, std::mt19937_64& random) {
+  std::uniform_int_distribution<uint64_t> any_point(0, mesh.point_count() - 1);
+  std::uniform_real_distribution<double> exponent(std::log(1.0 / 500), std::log(0.5));
+  const Vector3 middle = point_position(mesh.points, any_point(random));
+  Region region;
+  region.box.emplace();
+  for (unsigned k = 0; k < 3; ++k) {
+    const double half = std::exp(exponent(random)) * extent[k] / 2;
+    region.box->low[k] = middle[k] - half;
+    region.box->high[k] = middle[k] + half;
+  }
+  return region;
+}
+
+std::array<double, 3> extent_of(const Mesh& mesh) {
+  std::array<double, 3> low{}, high{}, extent{};
+  for (uint64_t i = 0; i < mesh.point_count(); ++i) {
+    const Vector3 place = point_position(mesh.points, i);
+    for (unsigned k = 0; k < 3; ++k) {
+      if (!std::isfinite(place[k])) continue;
+      low[k] = i == 0 ? place[k] : std::min(low[k], place[k]);
+      high[k] = i == 0 ? place[k] : std::max(high[k], place[k]);
+      extent[k] = high[k] - low[k];
+    }
+  }
+  return extent;
+}
+
+/// What was found of the boxes of one mesh.
+struct CheckedBoxes {
+  unsigned equal = 0, empty = 0, differ = 0;
+  uint64_t faces = 0;
+};
+
+Result<CheckedBoxes> check_boxes_of(const std::string& path, const Mesh& mesh, unsigned boxes) {
+  const std::vector<std::byte> bytes = MAILLE_TRY(encoded(mesh, Mode::random, {}));
+  const std::array<double, 3> extent = extent_of(mesh);
+  std::mt19937_64 random(1);
+  CheckedBoxes checked;
+  for (unsigned i = 0; i < boxes; ++i) {
+    const Region region = random_box(mesh, extent, random);
+    const Mesh part = clip(mesh, region);
+    const std::string found = difference(part, extracted(bytes, region));
+    checked.faces += part.cell_count();
+    checked.empty += part.cell_count() == 0 ? 1 : 0;
+    ++(found.empty() ? checked.equal : checked.differ);
+    if (!found.empty()) fmt::print(stderr, "{}: box {}: {}\n", path, i, found);
+  }
+  return checked;
+}
+
 }  // namespace
+
+Result<uint64_t> check_boxes(const std::vector<std::string>& paths, unsigned boxes) {
+  fmt::print(
+      "| file | faces | arrays | boxes equal | of them without faces | faces in them | boxes that differ |\n"
+      "|---|--:|---|--:|--:|--:|--:|\n");
+  uint64_t wrong = 0;
+  for (const std::string& path : paths) {
+    const Mesh mesh = MAILLE_TRY(read_mesh(path)).mesh;
+    const CheckedBoxes checked = MAILLE_TRY(check_boxes_of(path, mesh, mesh.point_count() > 0 ? boxes : 0));
+    fmt::print("| {} | {} | {} | {} | {} | {} | {} |\n", path.substr(path.rfind('/') + 1), mesh.cell_count(),
+               kinds_of_arrays(mesh), checked.equal, checked.empty, checked.faces, checked.differ);
+    std::fflush(stdout);
+    wrong += checked.differ;
+  }
+  return wrong;
+}
 
 Result<uint64_t> check_exact(const std::vector<std::string>& paths, const ExactOptions& options) {
   fmt::print(

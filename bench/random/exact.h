@@ -17,4 +17,9 @@ struct ExactOptions {
 /// a row of a table for each file. Returns how many are not exact; files that are no surfaces are left out.
 Result<uint64_t> check_exact(const std::vector<std::string>& paths, const ExactOptions& options);
 
+/// Compresses meshes in mode random without loss, and holds so many boxes of each against the original: of
+/// all sizes, around random points of it, with all arrays. Prints a row for each file. Returns how many boxes
+/// differ.
+Result<uint64_t> check_boxes(const std::vector<std::string>& paths, unsigned boxes);
+
 }  // namespace maille

@@ -72,7 +72,9 @@ int usage(const char* name) {
       "       {0} --chart-sizes MESH...         charts of 128 to 32768 faces\n"
       "       {0} --decode FILE.maille...       speed of decoding alone, of all files in the same rounds\n"
       "       {0} --peers MESH...               the same, of charts of all kinds beside meshoptimizer\n"
-      "       {0} --exact EFFORT MESH...        is all, and a part, what it was?\n",
+      "       {0} --exact EFFORT MESH...        is all, and a part, what it was?\n"
+      "       {0} --boxes COUNT MESH...         so many boxes of each, with all arrays: are they what they "
+      "were?\n",
       name);
   return 2;
 }
@@ -82,14 +84,17 @@ int main(int argc, char** argv) {
   const std::string what = files.empty() || files[0].rfind("--", 0) != 0 ? "" : files[0];
   if (!what.empty()) files.erase(files.begin());
   uint32_t number = 0;
-  if ((what == "--cracks" || what == "--exact") && !files.empty()) {
+  if ((what == "--cracks" || what == "--exact" || what == "--boxes") && !files.empty()) {
     number = static_cast<uint32_t>(std::strtoul(files[0].c_str(), nullptr, 10));
     files.erase(files.begin());
   }
-  const std::array<std::string, 6> known{"", "--cracks", "--chart-sizes", "--decode", "--peers", "--exact"};
+  const std::array<std::string, 7> known{"",        "--cracks", "--chart-sizes", "--decode",
+                                         "--peers", "--exact",  "--boxes"};
   if (files.empty() || std::find(known.begin(), known.end(), what) == known.end()) return usage(argv[0]);
-  if (what == "--exact") {
-    const auto wrong = maille::check_exact(files, {.effort = static_cast<int>(number)});
+  if (what == "--exact" || what == "--boxes") {
+    const auto wrong = what == "--boxes" ? maille::check_boxes(files, number)
+                                         : maille::check_exact(files, {.effort = static_cast<int>(number)});
+    if (!wrong) fmt::print(stderr, "{}\n", wrong.error().message);
     return wrong && *wrong == 0 ? 0 : 1;
   }
   if (what == "--decode" || what == "--peers") {
