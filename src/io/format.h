@@ -38,5 +38,6 @@ const Format& b3dm_format();
 const Format& mz3_format();
 const Format& threemf_format();
 const Format& ensight_format();
+const Format& cgns_format();
 
 }  // namespace maille

@@ -18,8 +18,8 @@ std::vector<const Format*> all_formats() {
   return {&ply_format(),  &glb_format(),        &gltf_format(),     &vrml_format(),    &vtp_format(),
           &vtu_format(),  &vtk_legacy_format(), &medit_format(),    &meditb_format(),  &gmsh_format(),
           &su2_format(),  &hedra_format(),      &polymesh_format(), &exodus_format(),  &vtkhdf_format(),
-          &b3dm_format(), &mz3_format(),        &threemf_format(),  &ensight_format(), &off_format(),
-          &stl_format(),  &obj_format()};
+          &b3dm_format(), &mz3_format(),        &threemf_format(),  &ensight_format(), &cgns_format(),
+          &off_format(),  &stl_format(),        &obj_format()};
 }
 
 std::string lower(std::string text) {
@@ -67,7 +67,8 @@ bool begins_with(Bytes bytes, std::span<const uint8_t> magic) {
   return bytes.size() >= magic.size() && std::memcmp(bytes.data(), magic.data(), magic.size()) == 0;
 }
 
-const Format* format_by_content(Bytes first_bytes) {
+/// `likely`: is taken where the bytes fit it, too, as formats of HDF5 begin alike.
+const Format* format_by_content(Bytes first_bytes, const Format* likely = nullptr) {
   std::vector<std::byte> unpacked;
   if (is_gzip(first_bytes)) {
     unpacked = gunzip_front(first_bytes, signature_size);
@@ -75,7 +76,9 @@ const Format* format_by_content(Bytes first_bytes) {
   }
   if (begins_with(first_bytes, utf8_mark)) first_bytes = first_bytes.subspan(std::size(utf8_mark));
   first_bytes = first_bytes.first(std::min(first_bytes.size(), signature_size));
-  for (const Format* format : all_formats()) {
+  std::vector<const Format*> all = all_formats();
+  if (likely != nullptr) all.insert(all.begin(), likely);
+  for (const Format* format : all) {
     if (format->recognise != nullptr && format->recognise(first_bytes)) return format;
   }
   return nullptr;
@@ -175,7 +178,7 @@ namespace {
 Error with_other_format(Error error, const Source& source, const Format& format, const ReadOptions& options) {
   const bool malformed = error.code == ErrorCode::malformed_input;
   const auto first = malformed && options.format.empty() ? first_bytes_of(source) : std::vector<std::byte>();
-  const Format* const other = first ? format_by_content(*first) : nullptr;
+  const Format* const other = first ? format_by_content(*first, &format) : nullptr;
   if (other == nullptr || other == &format) return error;
   error.message += error.message.ends_with('?') ? " Its" : "; its";
   error.message += " first bytes are those of " + other->info.name + " (the command: --input-format " +

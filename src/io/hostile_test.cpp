@@ -27,7 +27,7 @@ std::string content_of(const std::filesystem::path& path) {
 /// Every file beside its sentence: x.ply and x.ply.error.
 TEST(CorruptFiles, AreNamedInOneSentence) {
   unsigned files = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(tests_folder() + "/corrupt/io")) {
+  for (const auto& entry : std::filesystem::directory_iterator(testing::tests_folder() + "/corrupt/io")) {
     const std::string path = entry.path().string();
     if (!std::filesystem::exists(path + ".error")) continue;
     const std::string text = content_of(path);

@@ -72,7 +72,7 @@ void note_metadata(const std::string& key, std::vector<std::string>& notes) {
   // What readers keep for their own writers (versions, comments, kinds of cells) means nothing to other
   // formats, and a note about it would be noise.
   for (const char* own : {"ply", "obj", "off", "stl", "gltf", "vrml", "vtp", "vtk", "medit", "gmsh", "su2",
-                          "exodus", "mz3", "b3dm", "ensight", "3mf"}) {
+                          "exodus", "mz3", "b3dm", "ensight", "3mf", "cgns"}) {
     if (dot != std::string::npos && format == own) return;
   }
   note_once("metadata \"" + key + "\" left out", notes);

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Writes the files of HDF5 beside it: VTKHDF as VTK's specification has it, by h5py (Debian: python3-h5py), and an
-Exodus file in netCDF-4 by nccopy (netcdf-bin). Needed only to change them; dates are left out, so bytes stay."""
+Exodus file in netCDF-4 by nccopy (netcdf-bin); CGNS as other versions than that of make_cgns.c have it. Needed only to change them; dates are left out, so bytes stay."""
 import subprocess
 import xml.etree.ElementTree as xml
 from pathlib import Path
@@ -205,5 +205,85 @@ def main():
     subprocess.run(['nccopy', '-k', 'nc4', '-d', '1', 'table_of_variables.e', 'table_netcdf4.e'], cwd=here, check=True)
 
 
+def node(parent, name, label, values=None, **more):
+    """A node of CGNS: a group whose value is the dataset " data", the first direction fastest."""
+    group = parent.create_group(name)
+    if isinstance(values, str):
+        values = np.frombuffer(values.encode(), 'i1')
+    kind = 'MT' if values is None else {'i1': 'C1', 'i4': 'I4', 'i8': 'I8', 'f4': 'R4', 'f8': 'R8'}[values.dtype.str[1:]]
+    for key, text in (('name', name), ('label', label), ('type', kind)):
+        group.attrs[key] = np.bytes_(text.ljust(33 if key != 'type' else 3, '\0'))
+    if values is not None:
+        group.create_dataset(' data', data=values, **more)
+    return group
+
+
+def two_cubes(name, change=lambda zone: None):
+    """Two polyhedra side by side, as versions before 3.4 have them: with the length of each list before it."""
+    file = h5py.File(here / f'{name}.cgns', 'w', libver='latest')
+    base = node(file, 'Base', 'CGNSBase_t', np.array([3, 3], 'i4'))
+    zone = node(base, 'two', 'Zone_t', np.array([[12], [2], [0]], 'i8'))
+    node(zone, 'ZoneType', 'ZoneType_t', 'Unstructured')
+    grid = node(zone, 'GridCoordinates', 'GridCoordinates_t')
+    at = np.arange(12)
+    for axis, values in zip('XYZ', (at % 3, at // 3 % 2, at // 6)):
+        node(grid, 'Coordinate' + axis, 'DataArray_t', values.astype('f8'))
+    faces = [[1, 7, 10, 4], [1, 4, 5, 2], [7, 8, 11, 10], [1, 2, 8, 7], [4, 10, 11, 5], [2, 5, 11, 8], [2, 5, 6, 3],
+             [8, 9, 12, 11], [2, 3, 9, 8], [5, 11, 12, 6], [3, 6, 12, 9]]
+    cells = [[1, 2, 3, 4, 5, 6], [-6, 7, 8, 9, 10, 11]]
+    for key, kind, first, lists in (('cells', 23, 12, cells), ('faces', 22, 1, faces)):
+        section = node(zone, key, 'Elements_t', np.array([kind, 0], 'i4'))
+        node(section, 'ElementRange', 'IndexRange_t', np.array([first, first + len(lists) - 1], 'i8'))
+        node(section, 'ElementConnectivity', 'DataArray_t', np.array(sum(([len(x)] + x for x in lists), []), 'i8'))
+    flow = node(zone, 'Flow', 'FlowSolution_t')
+    node(flow, 'GridLocation', 'GridLocation_t', 'CellCenter')
+    node(flow, 'Density', 'DataArray_t', np.array([1, 2], 'f4'))
+    conditions = node(zone, 'ZoneBC', 'ZoneBC_t')
+    for key, first, last in (('inlet', 1, 1), ('wall', 7, 11)):
+        condition = node(conditions, key, 'BC_t', 'BC' + key.title())
+        node(condition, 'PointRange', 'IndexRange_t', np.array([[first, last]], 'i8'))
+        node(condition, 'GridLocation', 'GridLocation_t', 'FaceCenter')
+    change(zone)
+    file.close()
+
+
+def corrupt_cgns():
+    def cubes(name, change):
+        two_cubes(f'../corrupt/io/cgns_{name}', change)
+
+    def replace(path, values, **more):
+        def change(zone):
+            del zone[path + '/ data']
+            zone[path].create_dataset(' data', data=None if 'shape' in more else np.array(values), **more)
+        return change
+
+    def link(zone):
+        del zone['GridCoordinates']
+        other = node(zone, 'GridCoordinates', 'GridCoordinates_t')
+        other.attrs['type'] = np.bytes_('LK\0')
+        other[' link'] = h5py.ExternalLink('/etc/passwd', '/Base')
+
+    def rind(zone):
+        node(zone['Flow'], 'Rind', 'Rind_t', np.array([-1, 1], 'i4'))
+
+    def structured(zone):
+        replace('ZoneType', np.frombuffer(b'Structured', 'i1'))(zone)
+        replace('.', [[1 << 20, 1 << 20, 1], [3, 2, 1], [0, 0, 0]])(zone)
+
+    cubes('range_beyond_the_elements', replace('faces/ElementRange', [1, 1 << 40]))
+    cubes('list_beyond_the_end', replace('cells/ElementConnectivity', [6, 1, 2, 3, 4, 5, 6, 1 << 62, -6, 7, 8, 9]))
+    cubes('face_that_is_not_there', replace('cells/ElementConnectivity', [1, 1, 1, 12]))
+    cubes('point_that_is_not_there', replace('faces/ElementConnectivity', [4, 1, 7, 13, 4] * 11))
+    cubes('elements_of_third_order', replace('faces', [30, 0]))
+    cubes('condition_that_is_not_there', replace('ZoneBC/inlet/PointRange', [[1, 1 << 62]]))
+    cubes('coordinates_never_written', replace('GridCoordinates/CoordinateX', 0, shape=(12 << 16,), dtype='f8', chunks=(1024,)))
+    cubes('link_to_another_file', link)
+    cubes('planes_of_ghosts_below_zero', rind)
+    cubes('sizes_beyond_all_points', structured)
+    (here / '../corrupt/io/cgns_in_adf.cgns').write_bytes(b'@(#)ADF Database Version A02011>' + bytes(64))
+
+
 main()
 corrupt()
+two_cubes('polyhedra_33')
+corrupt_cgns()

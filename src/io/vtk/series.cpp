@@ -11,6 +11,7 @@
 
 #include "base/result.h"
 #include "io/beside.h"
+#include "io/cgns/cgns.h"
 #include "io/ensight/ensight.h"
 #include "io/exodus/exodus.h"
 #include "io/foam/foam_processors.h"
@@ -34,6 +35,10 @@ bool is_vtkhdf(const std::string& path) {
   return path.ends_with(".vtkhdf") || path.ends_with(".hdf");
 }
 
+bool is_cgns(const std::string& path) {
+  return path.ends_with(".cgns");
+}
+
 bool is_ensight(const std::string& path) {
   std::error_code error;
   // A folder of that name is a case of OpenFOAM.
@@ -43,7 +48,7 @@ bool is_ensight(const std::string& path) {
 
 /// A file that holds its steps itself.
 bool has_own_steps(const std::string& path) {
-  return is_exodus(path) || is_vtkhdf(path) || is_ensight(path);
+  return is_exodus(path) || is_vtkhdf(path) || is_cgns(path) || is_ensight(path);
 }
 
 bool is_list(const std::string& path) {
@@ -66,6 +71,7 @@ Result<std::vector<SeriesEntry>> steps_of_file(const std::string& path, const So
   std::vector<SeriesEntry> steps;
   const auto times = is_exodus(path)    ? exodus_times(source)
                      : is_ensight(path) ? ensight_times(source)
+                     : is_cgns(path)    ? cgns_times(source)
                                         : vtkhdf_times(source);
   for (const double time : MAILLE_TRY(times)) steps.push_back({path, time, steps.size(), !is_exodus(path)});
   return steps;
@@ -121,6 +127,7 @@ Result<ReadResult> read_series_entry(const SeriesEntry& entry, const ReadOptions
   if (!has_own_steps(entry.path) || !entry.step) return read_mesh(entry.path, options);
   const std::unique_ptr<Source> source = MAILLE_TRY(file_source(entry.path));
   if (is_ensight(entry.path)) return read_ensight_step(*source, options, *entry.step);
+  if (is_cgns(entry.path)) return read_cgns_step(*source, options, *entry.step);
   return is_exodus(entry.path) ? read_exodus_step(*source, options, *entry.step)
                                : read_vtkhdf_step(*source, options, *entry.step);
 }
