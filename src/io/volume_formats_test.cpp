@@ -609,6 +609,7 @@ TEST(VolumeFormats, NameWhatIsWrong) {
   expect(su2_format(), "NDIME= 3\nNELEM= 1\n5 0 1 2\nNPOIN= 1\n0 0 0\n",
          "uses point 1, but there are 1 points");
   expect(su2_format(), "NDIME= 3\nNELEM= 1\n6 0 1 2\n", "line 3: SU2 has no element type 6");
+  expect(su2_format(), "NDIME= 2\nNELEM= 1\n105 0 1 2 3 4 5\n", "type 105 are of higher order (2)");
   expect(hedra_format(), "1 1 1\n0 0 0\n1 2\n", "face 1 uses point 2");
   expect(hedra_format(), "1 1 1\n0 0 0\n1 1\n1 2\n", "cell 1 uses face 2");
 }

@@ -44,6 +44,7 @@ class Su2Reader {
 
  private:
   std::string lines_to_next_key();
+  tl::unexpected<Error> refuse_order(int64_t type) const;
   Result<> read_line(const std::string& key, std::string_view value);
   Result<uint64_t> count(std::string_view value, const std::string& key) const;
   Result<> read_elements(uint64_t count, const std::string& name);
@@ -74,12 +75,21 @@ Result<uint64_t> Su2Reader::count(std::string_view value, const std::string& key
   return number;
 }
 
+/// The order of their nodes stands in no specification: SU2's page of the format ends with linear elements.
+tl::unexpected<Error> Su2Reader::refuse_order(int64_t type) const {
+  return failure(ErrorCode::unsupported, in_.name() + ": elements of type " + std::to_string(type) +
+                                             " are of higher order (" + std::to_string(type / 100 + 1) +
+                                             "), which cannot be read; linear elements of SU2 can, and those "
+                                             "of second order from .msh, .cgns and .vtu");
+}
+
 Result<> Su2Reader::read_elements(uint64_t count, const std::string& name) {
   for (uint64_t i = 0; i < count; ++i) {
     // 9 numbers: the eight nodes of the largest element, and its type.
     MAILLE_CHECK(pace_.step(i, count, 9 * sizeof(uint32_t), in_.scanner.position()));
     int64_t type = 0, node = 0;
     if (!in_.integer(type)) return in_.expected("the type of an element");
+    if (type > 100 && is_su2_type(type % 100)) return refuse_order(type);
     if (!is_su2_type(type)) return in_.malformed("SU2 has no element type " + std::to_string(type));
     const unsigned nodes = nodes_of(static_cast<CellType>(type));
     // Blanks only: an element ends with its line.
