@@ -30,8 +30,8 @@ Result<int> run(const ExtractOptions& options);
 Result<int> run(const SliceOptions& options);
 Result<int> run(const ProbeOptions& options);
 
-/// Is it a list of files in time (.pvd), a file with several steps (Exodus, VTKHDF, CGNS, EnSight), or a case
-/// of OpenFOAM with several times? compress makes one file of them, its steps appended.
+/// Is it a list of files in time (.pvd), a file with several steps (Exodus, VTKHDF, CGNS, XDMF, EnSight), or
+/// a case of OpenFOAM with several times? compress makes one file of them, its steps appended.
 bool is_series(const std::string& path);
 Result<int> compress_series(CompressOptions options);
 /// A .vtu for each time, and the list of them, a .pvd.

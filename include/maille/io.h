@@ -10,8 +10,8 @@
 namespace maille {
 
 /// File formats that can be read and written, by name: "ply", "obj", "off", "stl", "glb", "gltf", "wrl",
-/// "vtp" for surfaces; "vtu", "vtk", "msh", "mesh", "meshb", "su2", "hedra", "polymesh", "exodus", "vtkhdf"
-/// for volumes, too.
+/// "vtp" for surfaces; "vtu", "vtk", "msh", "mesh", "meshb", "su2", "hedra", "polymesh", "exodus",
+/// "vtkhdf", "cgns", "xdmf", "ensight" for volumes, too.
 struct FormatInfo {
   std::string name;                     ///< as in --input-format
   std::vector<std::string> extensions;  ///< ".ply", ...; a ".gz" behind them is handled where `gzip` says so

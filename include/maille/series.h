@@ -17,15 +17,15 @@ struct SeriesEntry {
   double time = 0;
   /// In the file or case, from 0 on; without a value: of a file that may be of another mesh.
   std::optional<uint64_t> step = {};
-  /// Each step of such a file (VTKHDF, CGNS, EnSight) has points and cells of its own, maybe others.
+  /// Each step of such a file (VTKHDF, CGNS, XDMF, EnSight) has points and cells of its own, maybe others.
   bool mesh_may_change = false;
 };
 /// Whether the name is that of a file that lists a series (.pvd), or may hold one (Exodus, VTKHDF, CGNS,
-/// EnSight), or of a case of OpenFOAM with folders of times.
+/// XDMF, EnSight), or of a case of OpenFOAM with folders of times.
 bool may_be_series(const std::string& path);
 /// The files that a .pvd of ParaView lists, in its order, with their times, which are finite; or the steps of
-/// an Exodus, VTKHDF, CGNS or EnSight file; or the folders of times of a case of OpenFOAM, by their times.
-/// The files are in the list's folder or below: one that names others is refused. Error: cannot_read;
+/// an Exodus, VTKHDF, CGNS, XDMF or EnSight file; or the folders of times of a case of OpenFOAM, by their
+/// times. The files are in the list's folder or below: one that names others is refused. Error: cannot_read;
 /// malformed_input; unsupported, when one time has several files.
 [[nodiscard]] Result<std::vector<SeriesEntry>> read_series(const std::string& path);
 /// read_mesh() of the file, with the variables of the step.

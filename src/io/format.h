@@ -39,5 +39,6 @@ const Format& mz3_format();
 const Format& threemf_format();
 const Format& ensight_format();
 const Format& cgns_format();
+const Format& xdmf_format();
 
 }  // namespace maille

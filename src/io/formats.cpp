@@ -19,7 +19,7 @@ std::vector<const Format*> all_formats() {
           &vtu_format(),  &vtk_legacy_format(), &medit_format(),    &meditb_format(),  &gmsh_format(),
           &su2_format(),  &hedra_format(),      &polymesh_format(), &exodus_format(),  &vtkhdf_format(),
           &b3dm_format(), &mz3_format(),        &threemf_format(),  &ensight_format(), &cgns_format(),
-          &off_format(),  &stl_format(),        &obj_format()};
+          &xdmf_format(), &off_format(),        &stl_format(),      &obj_format()};
 }
 
 std::string lower(std::string text) {

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
-#include <limits>
 #include <map>
 #include <set>
 #include <tuple>
@@ -15,22 +14,12 @@
 #include "io/cgns/cgns_cells.h"
 #include "io/format.h"
 #include "io/reading.h"
+#include "io/zone_fields.h"
 
 namespace maille {
 namespace {
 
 constexpr std::string_view adf_signature = "@(#)ADF Database";
-
-/// An array of the mesh, of which zones have parts.
-struct Field {
-  struct Part {
-    std::vector<CellRun> runs;  ///< of points or cells, as many as values
-    Array values;
-  };
-  std::string name;
-  Domain domain = Domain::point;
-  std::vector<Part> parts;
-};
 
 struct Zone {
   CgnsNode node;
@@ -42,7 +31,7 @@ struct Zone {
   /// In each direction; an unstructured one has one.
   std::vector<uint64_t> points_along, cells_along;
   uint64_t first_point = 0, points = 0;
-  std::vector<CellRun> cells;  ///< of the base's dimension: those that solutions at cells mean
+  std::vector<ElementRun> cells;  ///< of the base's dimension: those that solutions at cells mean
   std::set<std::pair<Domain, std::string>> arrays;
 
   tl::unexpected<Error> malformed(const std::string& file, const std::string& what) const {
@@ -93,9 +82,7 @@ class CgnsReader {
                        bool range);
   Result<> mark_cells(const Zone& zone, const std::string& name, const std::vector<int64_t>& values,
                       bool range);
-  Result<> finish_field(Field& field);
   Result<> finish_marks();
-  Field& field(const std::string& name, Domain domain);
   void leave_out(const std::vector<CgnsNode>& nodes, std::initializer_list<std::string_view> known);
   void note_left_out();
   tl::unexpected<Error> malformed(const std::string& what) const {
@@ -112,8 +99,7 @@ class CgnsReader {
   std::optional<uint64_t> step_;  ///< that is read, where there are steps
   std::vector<Zone> zones_;
   std::vector<std::array<Array, 3>> axes_;  ///< by zone
-  std::vector<Field> fields_;
-  std::map<std::pair<Domain, std::string>, size_t> field_numbers_;
+  ZoneFields fields_;
   /// Boundary conditions: points or cells by name.
   std::map<std::pair<Domain, std::string>, std::vector<uint64_t>> marks_;
   std::map<std::string, uint64_t> left_out_;
@@ -301,12 +287,6 @@ Result<> CgnsReader::add_points() {
   return {};
 }
 
-Field& CgnsReader::field(const std::string& name, Domain domain) {
-  const auto [known, is_new] = field_numbers_.try_emplace({domain, name}, fields_.size());
-  if (is_new) fields_.push_back({name, domain, {}});
-  return fields_[known->second];
-}
-
 Result<> CgnsReader::read_solution(Zone& zone, const CgnsNode& node) {
   const std::vector<CgnsNode> nodes = MAILLE_TRY(tree_.children(node));
   const CgnsNode* const location = find_node(nodes, "GridLocation_t");
@@ -319,11 +299,11 @@ Result<> CgnsReader::read_solution(Zone& zone, const CgnsNode& node) {
     return {};
   }
   const bool at_points = place == "Vertex";
-  const std::vector<CellRun> points = {{zone.first_point, zone.points}};
-  const std::vector<CellRun>& runs = at_points ? points : zone.cells;
+  const std::vector<ElementRun> points = {{zone.first_point, zone.points}};
+  const std::vector<ElementRun>& runs = at_points ? points : zone.cells;
   std::vector<uint64_t> along = at_points ? zone.points_along : zone.cells_along;
   uint64_t count = 0;
-  for (const CellRun& run : runs) count += run.count;
+  for (const ElementRun& run : runs) count += run.count;
   if (!zone.structured) along = {count};
   for (const CgnsNode& array : nodes) {
     if (array.label != "DataArray_t") continue;
@@ -336,8 +316,9 @@ Result<> CgnsReader::read_solution(Zone& zone, const CgnsNode& node) {
     const Domain domain = at_points ? Domain::point : Domain::cell;
     // Several solutions may have arrays of one name.
     const bool is_new = zone.arrays.insert({domain, array.name}).second;
-    const std::string name = is_new ? array.name : node.name + "/" + array.name;
-    field(name, domain).parts.push_back({runs, *std::move(values)});
+    values->domain = domain;
+    if (!is_new) values->name = node.name + "/" + array.name;
+    fields_.add(runs, *std::move(values));
   }
   leave_out(nodes, {"DataArray_t", "GridLocation_t", "Rind_t", "Ordinal_t"});
   return {};
@@ -454,40 +435,6 @@ Result<> CgnsReader::read_zone(Zone& zone) {
   return {};
 }
 
-/// The type that all parts have, f64 of floats of both types. Where a zone has no values, NaN, or 0.
-Result<> CgnsReader::finish_field(Field& field) {
-  Scalar type = field.parts[0].values.type;
-  for (const Field::Part& part : field.parts) {
-    if (part.values.type == type) continue;
-    if (!is_float(type) || !is_float(part.values.type)) {
-      notes_.push_back("array \"" + field.name + "\" left out: its type is not the same in all zones");
-      return {};
-    }
-    type = Scalar::f64;
-  }
-  Array array = make_array(field.name, field.domain, type, 1);
-  const uint64_t count = field.domain == Domain::point ? mesh_.point_count() : cells_.count();
-  MAILLE_CHECK(budget_.take(count, array.tuple_size()));
-  array.resize(count);
-  with_type(type, [&](auto to) {
-    const auto values = array.values<decltype(to)>();
-    if constexpr (std::is_floating_point_v<decltype(to)>)
-      std::fill(values.begin(), values.end(), std::numeric_limits<decltype(to)>::quiet_NaN());
-    for (const Field::Part& part : field.parts) {
-      with_type(part.values.type, [&](auto from) {
-        auto value = part.values.values<decltype(from)>().begin();
-        for (const CellRun& run : part.runs) {
-          for (uint64_t i = 0; i < run.count; ++i)
-            values[run.first + i] = static_cast<decltype(to)>(*value++);
-        }
-      });
-    }
-  });
-  field.parts.clear();
-  mesh_.arrays.push_back(std::move(array));
-  return {};
-}
-
 Result<> CgnsReader::finish_marks() {
   for (const auto& [key, elements] : marks_) {
     Array array = make_array(key.second, key.first, Scalar::u8, 1);
@@ -524,7 +471,7 @@ Result<ReadResult> CgnsReader::read(std::optional<uint64_t> step) {
   }
   MAILLE_CHECK(room_.check(file_));
   MAILLE_CHECK(add_points());
-  for (Field& field : fields_) MAILLE_CHECK(finish_field(field));
+  MAILLE_CHECK(fields_.finish(cells_.count(), budget_, mesh_, notes_));
   MAILLE_CHECK(finish_marks());
   if (step_) {
     Array time = make_array("TimeValue", Domain::mesh, Scalar::f64, 1);

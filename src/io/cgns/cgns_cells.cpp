@@ -264,8 +264,8 @@ Result<> CgnsCells::add_sections(const std::vector<CgnsNode>& children, uint64_t
   return {};
 }
 
-std::vector<CellRun> CgnsCells::cells_of(int dimension) const {
-  std::vector<CellRun> runs;
+std::vector<ElementRun> CgnsCells::cells_of(int dimension) const {
+  std::vector<ElementRun> runs;
   for (uint64_t cell = zone_cells_; cell < cells_.count(); ++cell) {
     if (dimension_of(cells_.type(cell)) != dimension) continue;
     if (runs.empty() || runs.back().first + runs.back().count != cell) runs.push_back({cell, 0});

@@ -4,13 +4,9 @@
 
 #include "io/cell_store.h"
 #include "io/cgns/cgns_tree.h"
+#include "io/zone_fields.h"
 
 namespace maille {
-
-/// Cells that follow each other in the mesh.
-struct CellRun {
-  uint64_t first, count;
-};
 
 /// Makes cells of one zone after the other. Elements have numbers in their zone, from 1 on; sections of them
 /// come by these numbers, whatever the order of nodes in the file.
@@ -28,7 +24,7 @@ class CgnsCells {
   Result<> add_sections(const std::vector<CgnsNode>& children, uint64_t first_point, uint64_t points,
                         const std::string& prefix, const std::string& zone);
   /// The cells of this dimension of the zone that was added last.
-  std::vector<CellRun> cells_of(int dimension) const;
+  std::vector<ElementRun> cells_of(int dimension) const;
   /// The cell of an element of that zone. None: it was a face of polyhedra, for which a polygon of this name
   /// was added. Error: malformed_input, there is no such element.
   Result<std::optional<uint64_t>> cell_of(int64_t element, const std::string& face_name);

@@ -19,6 +19,7 @@
 #include "io/reading.h"
 #include "io/text_scanner.h"
 #include "io/vtk/vtkhdf.h"
+#include "io/xdmf/xdmf.h"
 
 namespace maille {
 
@@ -39,6 +40,10 @@ bool is_cgns(const std::string& path) {
   return path.ends_with(".cgns");
 }
 
+bool is_xdmf(const std::string& path) {
+  return path.ends_with(".xdmf") || path.ends_with(".xmf");
+}
+
 bool is_ensight(const std::string& path) {
   std::error_code error;
   // A folder of that name is a case of OpenFOAM.
@@ -48,7 +53,7 @@ bool is_ensight(const std::string& path) {
 
 /// A file that holds its steps itself.
 bool has_own_steps(const std::string& path) {
-  return is_exodus(path) || is_vtkhdf(path) || is_cgns(path) || is_ensight(path);
+  return is_exodus(path) || is_vtkhdf(path) || is_cgns(path) || is_xdmf(path) || is_ensight(path);
 }
 
 bool is_list(const std::string& path) {
@@ -72,6 +77,7 @@ Result<std::vector<SeriesEntry>> steps_of_file(const std::string& path, const So
   const auto times = is_exodus(path)    ? exodus_times(source)
                      : is_ensight(path) ? ensight_times(source)
                      : is_cgns(path)    ? cgns_times(source)
+                     : is_xdmf(path)    ? xdmf_times(source)
                                         : vtkhdf_times(source);
   for (const double time : MAILLE_TRY(times)) steps.push_back({path, time, steps.size(), !is_exodus(path)});
   return steps;
@@ -127,6 +133,7 @@ Result<ReadResult> read_series_entry(const SeriesEntry& entry, const ReadOptions
   if (!has_own_steps(entry.path) || !entry.step) return read_mesh(entry.path, options);
   const std::unique_ptr<Source> source = MAILLE_TRY(file_source(entry.path));
   if (is_ensight(entry.path)) return read_ensight_step(*source, options, *entry.step);
+  if (is_xdmf(entry.path)) return read_xdmf_step(*source, options, *entry.step);
   if (is_cgns(entry.path)) return read_cgns_step(*source, options, *entry.step);
   return is_exodus(entry.path) ? read_exodus_step(*source, options, *entry.step)
                                : read_vtkhdf_step(*source, options, *entry.step);
