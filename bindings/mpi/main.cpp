@@ -1,12 +1,15 @@
 // maille-mpi: what `maille compress --pieces`, decompress and verify do, by many processes.
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <charconv>
 #include <csignal>
 #include <cstdio>
+#include <cstring>
 #include <numeric>
 
 #include <maille/mpi.h>
 #include <maille/parts.h>
+#include <maille/series.h>
 #include <maille/volume_file.h>
 
 #include "program.h"
@@ -50,9 +53,15 @@ struct Options {
 /// What a rank has read.
 struct OwnPart {
   Mesh mesh;
+  bool shared = false;  ///< in all ranks alike: each has read its own parts
   std::vector<uint64_t> points, cells;
   std::vector<std::string> notes;
 };
+
+std::string shortest(double number) {
+  char text[32];
+  return {text, std::to_chars(text, text + sizeof text, number).ptr};
+}
 
 std::vector<uint64_t> counted_from(uint64_t first, uint64_t count) {
   std::vector<uint64_t> numbers(count);
@@ -76,11 +85,35 @@ std::vector<uint64_t> numbers_of(const Mesh& mesh, const char* name, Domain doma
   return numbers;
 }
 
+/// What is read: parts of one mesh, or a file, or one step of it.
+struct Inputs {
+  std::vector<std::string> paths;
+  std::optional<SeriesEntry> step = {};
+};
+
+/// The step of a series that has this time; other inputs as they are.
+Result<Inputs> at_time(const std::vector<std::string>& paths, double time) {
+  if (paths.size() != 1 || !may_be_series(paths[0])) return Inputs{paths};
+  const Result<std::vector<SeriesEntry>> series = read_series(paths[0]);
+  if (!series) return tl::unexpected(series.error());
+  if (series->empty()) return Inputs{paths};
+  std::string times;
+  for (const SeriesEntry& entry : *series) {
+    if (entry.time == time && entry.step) return Inputs{{entry.path}, entry};
+    if (entry.time == time) return Inputs{{entry.path}};
+    times += (times.empty() ? "" : ", ") + shortest(entry.time);
+  }
+  return failure(ErrorCode::usage,
+                 paths[0] + ": has no step of time " + shortest(time) + "; it has " + times);
+}
+
 /// The first rank reads everything.
-Result<OwnPart> read_alone(const std::vector<std::string>& inputs, Ranks& ranks) {
+Result<OwnPart> read_alone(const Inputs& inputs, Ranks& ranks) {
   OwnPart own;
   if (ranks.rank() != 0) return own;
-  Result<ReadResult> read = inputs.size() == 1 ? read_mesh(inputs[0]) : read_parts(inputs);
+  Result<ReadResult> read = inputs.step                ? read_series_entry(*inputs.step)
+                            : inputs.paths.size() == 1 ? read_mesh(inputs.paths[0])
+                                                       : read_parts(inputs.paths);
   if (!read) return tl::unexpected(read.error());
   own.mesh = std::move(read->mesh);
   own.notes = std::move(read->notes);
@@ -96,15 +129,48 @@ bool all_agree(Ranks& ranks, bool mine) {
   return against[0] == 0;
 }
 
+std::vector<uint64_t> numbers_in(const std::vector<std::byte>& bytes) {
+  std::vector<uint64_t> numbers(bytes.size() / sizeof(uint64_t));
+  if (!numbers.empty()) std::memcpy(numbers.data(), bytes.data(), bytes.size());
+  return numbers;
+}
+
+/// Sends each key to the rank that looks after it; those that came here.
+std::vector<uint64_t> distributed(const std::vector<uint64_t>& keys, Ranks& ranks) {
+  std::vector<std::vector<std::byte>> to(ranks.size());
+  for (const uint64_t key : keys) {
+    const auto* const bytes = reinterpret_cast<const std::byte*>(&key);
+    std::vector<std::byte>& list = to[key % ranks.size()];
+    list.insert(list.end(), bytes, bytes + sizeof key);
+  }
+  std::vector<uint64_t> all;
+  for (const std::vector<std::byte>& bytes : ranks.exchange(std::move(to))) {
+    const std::vector<uint64_t> numbers = numbers_in(bytes);
+    all.insert(all.end(), numbers.begin(), numbers.end());
+  }
+  return all;
+}
+
+/// Whether each ghost cell of a rank is a cell of some rank.
+bool ghosts_have_owners(const CellKeys& cells, Ranks& ranks) {
+  std::vector<uint64_t> owners = distributed(cells.own, ranks);
+  const std::vector<uint64_t> ghosts = distributed(cells.ghosts, ranks);
+  std::sort(owners.begin(), owners.end());
+  return all_agree(ranks, std::all_of(ghosts.begin(), ghosts.end(), [&](uint64_t ghost) {
+                     return std::binary_search(owners.begin(), owners.end(), ghost);
+                   }));
+}
+
 /// Each rank reads its share of the parts, if these number their points; else the first one reads all.
-Result<OwnPart> read_shares(const std::vector<std::string>& parts, const std::vector<std::string>& inputs,
-                            Ranks& ranks) {
+Result<OwnPart> read_shares(const std::vector<std::string>& parts, const Inputs& inputs, Ranks& ranks) {
   // The shares are as even as possible and leave no part out: the end of one rank's share is where the next
   // begins.
   const size_t first = parts.size() * ranks.rank() / ranks.size();
   const size_t end = parts.size() * (ranks.rank() + 1) / ranks.size();
-  Result<ReadResult> read = read_parts(std::span(parts).subspan(first, end - first), {}, false);
+  CellKeys cells;
+  Result<ReadResult> read = read_parts(std::span(parts).subspan(first, end - first), {}, &cells);
   OwnPart own;
+  own.shared = true;
   bool has_points = false, has_cells = false;
   if (read) {
     own.mesh = std::move(read->mesh);
@@ -115,7 +181,8 @@ Result<OwnPart> read_shares(const std::vector<std::string>& parts, const std::ve
     has_cells = own.cells.size() == own.mesh.cell_count();
   }
   // Without global numbers the points that parts share cannot be joined by each rank for itself.
-  if (!all_agree(ranks, has_points)) return read_alone(inputs, ranks);
+  // Nor does a rank know which cell has no owner: who reads all parts says it.
+  if (!all_agree(ranks, has_points) || !ghosts_have_owners(cells, ranks)) return read_alone(inputs, ranks);
   const bool numbered = all_agree(ranks, has_cells);
   std::vector<uint64_t> counts(ranks.size());
   counts[ranks.rank()] = own.mesh.cell_count();
@@ -126,16 +193,17 @@ Result<OwnPart> read_shares(const std::vector<std::string>& parts, const std::ve
   return own;
 }
 
-Result<OwnPart> read_inputs(const std::vector<std::string>& inputs, Ranks& ranks) {
-  if (inputs.size() > 1) return read_shares(inputs, inputs, ranks);
-  Result<std::vector<std::string>> parts = parts_of_mesh(inputs[0]);
+Result<OwnPart> read_inputs(const Inputs& inputs, Ranks& ranks) {
+  if (inputs.step) return read_alone(inputs, ranks);
+  if (inputs.paths.size() > 1) return read_shares(inputs.paths, inputs, ranks);
+  Result<std::vector<std::string>> parts = parts_of_mesh(inputs.paths[0]);
   if (!parts) return tl::unexpected(parts.error());
   return parts->empty() ? read_alone(inputs, ranks) : read_shares(*parts, inputs, ranks);
 }
 
-/// The same error in all ranks.
-Result<OwnPart> read_all(const std::vector<std::string>& inputs, const Options& options, Ranks& ranks) {
-  Result<OwnPart> own = read_inputs(inputs, ranks);
+/// The same error in all ranks. `alone`: by the first rank.
+Result<OwnPart> read_all(const Inputs& inputs, const Options& options, bool alone, Ranks& ranks) {
+  Result<OwnPart> own = alone ? read_alone(inputs, ranks) : read_inputs(inputs, ranks);
   if (auto all = agree(ranks, own ? Result<>() : Result<>(tl::unexpected(own.error()))); !all)
     return tl::unexpected(all.error());
   for (const std::string& note : own->notes) {
@@ -144,12 +212,33 @@ Result<OwnPart> read_all(const std::vector<std::string>& inputs, const Options& 
   return own;
 }
 
+/// What `write` makes of the parts. Parts that contradict each other (values of a point, a cell in two of
+/// them, arrays) are read again by the first rank: it joins them, and tells how, or says better what is wrong
+/// with them.
+template <class Write>
+auto written(const Inputs& inputs, const Options& options, Ranks& ranks, const Write& write)
+    -> decltype(write(RankPart())) {
+  for (bool alone = false;; alone = true) {
+    const Result<OwnPart> own = read_all(inputs, options, alone, ranks);
+    if (!own) return tl::unexpected(own.error());
+    auto report = write({&own->mesh, own->points, own->cells});
+    const bool again = !report && own->shared && report.error().code == ErrorCode::malformed_input;
+    if (!again || options.as_is) return report;
+    if (ranks.rank() == 0 && !options.quiet)
+      std::fprintf(stderr, "maille-mpi: note: the first rank reads all parts: %s\n",
+                   report.error().message.c_str());
+  }
+}
+
 Result<> append(const Options& options, MPI_Comm communicator) {
   const std::unique_ptr<Ranks> ranks = mpi::ranks(communicator);
-  Result<OwnPart> own = read_all({options.files.begin() + 1, options.files.end()}, options, *ranks);
-  if (!own) return tl::unexpected(own.error());
-  const RankPart part{&own->mesh, own->points, own->cells};
-  const auto report = mpi::append_step(communicator, options.files.front(), options.time, part);
+  const auto write = [&](const RankPart& part) {
+    return mpi::append_step(communicator, options.files.front(), options.time, part);
+  };
+  const Result<Inputs> inputs = at_time({options.files.begin() + 1, options.files.end()}, options.time);
+  if (auto all = agree(*ranks, inputs ? Result<>() : Result<>(tl::unexpected(inputs.error()))); !all)
+    return all;
+  const auto report = written(*inputs, options, *ranks, write);
   if (!report) return tl::unexpected(report.error());
   if (ranks->rank() == 0 && !options.quiet) {
     std::printf("%s: step %llu at time %g; %llu bytes, by %u ranks\n", options.files.front().c_str(),
@@ -161,16 +250,16 @@ Result<> append(const Options& options, MPI_Comm communicator) {
 
 Result<> compress(const Options& options, MPI_Comm communicator) {
   const std::unique_ptr<Ranks> ranks = mpi::ranks(communicator);
-  Result<OwnPart> own = read_all({options.files.begin(), options.files.end() - 1}, options, *ranks);
-  if (!own) return tl::unexpected(own.error());
   EncodeOptions encoding;
   encoding.mode = Mode::stream;
   encoding.effort = options.effort;
   encoding.order = options.any_order ? Order::canonical : Order::keep;
   if (options.error > 0) encoding.positions = {Tolerance::Kind::absolute, options.error};
-  const RankPart part{&own->mesh, own->points, own->cells};
-  const auto report = mpi::encode(communicator, part, options.files.back(), encoding,
-                                  {.cells_per_piece = options.pieces, .as_is = options.as_is});
+  const auto write = [&](const RankPart& part) {
+    return mpi::encode(communicator, part, options.files.back(), encoding,
+                       {.cells_per_piece = options.pieces, .as_is = options.as_is});
+  };
+  const auto report = written({{options.files.begin(), options.files.end() - 1}}, options, *ranks, write);
   if (!report) return tl::unexpected(report.error());
   if (ranks->rank() == 0 && !options.quiet) {
     std::printf("%s: %llu points, %llu cells; %llu bytes, by %u ranks\n", options.files.back().c_str(),
@@ -242,9 +331,11 @@ int run(int argc, char** argv) {
   compressing.add_flag("--as-is", options.as_is, "the part of each rank is a piece");
   compressing.add_flag("--any-order", options.any_order, "the order of points and cells may change");
   compressing.add_flag("-q,--quiet", options.quiet, "errors only");
-  CLI::App& appending = *app.add_subcommand(
-      "append",
-      "A step of time behind a file in pieces: the parts of the mesh with the values of that time.");
+  CLI::App& appending =
+      *app.add_subcommand("append",
+                          "A step of time behind a file in pieces: the parts of the mesh with the values of "
+                          "that time, or a series "
+                          "of steps (.pvd, VTKHDF, Exodus, a case of OpenFOAM) that has one of that time.");
   appending.add_option("files", options.files, "FILE INPUT...")->required()->expected(2, 1 << 20);
   appending.add_option("--time", options.time, "the time of the step")->required();
   appending.add_flag("-q,--quiet", options.quiet, "errors only");

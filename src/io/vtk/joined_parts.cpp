@@ -60,12 +60,12 @@ Result<> for_each_group(const std::vector<Holder>& sorted, Act act) {
 class PartJoiner {
  public:
   PartJoiner(const std::string& name, const std::vector<uint64_t>& first_points,
-             const std::vector<uint64_t>& first_cells, const PartMarks& marks, bool whole, Mesh& mesh,
+             const std::vector<uint64_t>& first_cells, const PartMarks& marks, CellKeys* apart, Mesh& mesh,
              std::vector<std::string>& notes)
       : name_(name),
         first_points_(first_points),
         first_cells_(first_cells),
-        whole_(whole),
+        apart_(apart),
         mesh_(mesh),
         notes_(notes),
         point_ghosts_(mesh, Domain::point),
@@ -76,7 +76,7 @@ class PartJoiner {
   Result<> run() {
     find_ghosts();
     // A single part shares nothing with others; its ghosts, should it have some, are kept.
-    if (first_points_.size() < 2 && whole_) return {};
+    if (first_points_.size() < 2 && apart_ == nullptr) return {};
     find_owned_points();
     joined_.resize(mesh_.point_count());
     std::iota(joined_.begin(), joined_.end(), 0u);
@@ -87,7 +87,8 @@ class PartJoiner {
       has_ghosts_ ? weld_by_places() : tell_of_points_apart();
     }
     MAILLE_CHECK(choose_cells());
-    if (whole_) MAILLE_CHECK(check_owners());
+    if (apart_ == nullptr) MAILLE_CHECK(check_owners());
+    if (apart_ != nullptr && point_ids_ != nullptr) tell_cells();
     choose_points();
     tell_differences();
     rebuild();
@@ -232,7 +233,7 @@ class PartJoiner {
     std::sort(out.begin(), out.end());
   }
   // 0x9e37...15 is 2^64 divided by the golden ratio (Knuth's multiplicative hashing). Equal hashes of
-  // different cells can only hide a missing part from check_owners(), nothing else.
+  // different cells can only hide that a part is missing, nothing else.
   static uint64_t hash_of(const std::vector<uint64_t>& corners) {
     uint64_t hash = corners.size();
     for (const uint64_t corner : corners) hash = (hash ^ corner) * 0x9e3779b97f4a7c15 + (hash >> 29);
@@ -305,6 +306,17 @@ class PartJoiner {
                      std::to_string(part) + " is a ghost that no piece owns" +
                      (without > 1 ? ", as are " + counted(without - 1, "other") : "") +
                      "; is a piece missing?");
+  }
+
+  // Keys by the numbers of the whole mesh, as joined points have other places in other parts.
+  void tell_cells() {
+    std::vector<uint64_t> corners;
+    for_each_cell([&](uint64_t cell, const CellBlock& block, uint64_t i) {
+      corners.clear();
+      for (const uint32_t point : block.cell(i)) corners.push_back(integer_at(*point_ids_, point));
+      std::sort(corners.begin(), corners.end());
+      (ghost_[cell] ? apart_->ghosts : apart_->own).push_back(hash_of(corners));
+    });
   }
 
   /// Chooses the points that stay: those that kept cells use, and those that no cell uses; not those of
@@ -417,7 +429,7 @@ class PartJoiner {
   const std::string& name_;
   const std::vector<uint64_t>& first_points_;
   const std::vector<uint64_t>& first_cells_;
-  bool whole_;
+  CellKeys* apart_;
   Mesh& mesh_;
   std::vector<std::string>& notes_;
   Ghosts point_ghosts_, cell_ghosts_;
@@ -436,9 +448,9 @@ class PartJoiner {
 }  // namespace
 
 Result<> join_parts(const std::string& name, const std::vector<uint64_t>& first_points,
-                    const std::vector<uint64_t>& first_cells, const PartMarks& marks, bool whole, Mesh& mesh,
-                    std::vector<std::string>& notes) {
-  return PartJoiner(name, first_points, first_cells, marks, whole, mesh, notes).run();
+                    const std::vector<uint64_t>& first_cells, const PartMarks& marks, CellKeys* apart,
+                    Mesh& mesh, std::vector<std::string>& notes) {
+  return PartJoiner(name, first_points, first_cells, marks, apart, mesh, notes).run();
 }
 
 }  // namespace maille

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <maille/mesh.h>
+#include <maille/parts.h>
 
 #include <cstdint>
 #include <string>
@@ -21,10 +22,10 @@ struct PartMarks {
 /// the whole mesh; without numbers, where ghosts tell that the parts overlap, those of different parts at one
 /// place; else none. Numbers of the whole mesh give the order. What was done is told in the notes.
 ///
-/// `whole`: all parts are there, and so the owners of all ghosts. Errors: malformed_input, for a ghost cell
-/// that no part owns, and for numbers that contradict each other.
+/// `apart`: not all parts are there; null: they are, and so the owners of all ghosts. Errors:
+/// malformed_input, for a ghost cell that no part owns, and for numbers that contradict each other.
 Result<> join_parts(const std::string& name, const std::vector<uint64_t>& first_points,
-                    const std::vector<uint64_t>& first_cells, const PartMarks& marks, bool whole, Mesh& mesh,
-                    std::vector<std::string>& notes);
+                    const std::vector<uint64_t>& first_cells, const PartMarks& marks, CellKeys* apart,
+                    Mesh& mesh, std::vector<std::string>& notes);
 
 }  // namespace maille

@@ -173,10 +173,26 @@ TEST_F(JoinedParts, PartsThatAreNotAllMayHaveGhostsOfOthers) {
   const auto names = parts_of_mesh(path());
   ASSERT_TRUE(names);
   ASSERT_EQ(names->size(), 2u);
-  const auto part = read_parts(std::span(*names).first(1), {}, false);
+  CellKeys cells;
+  const auto part = read_parts(std::span(*names).first(1), {}, &cells);
   ASSERT_TRUE(part) << part.error().message;
   EXPECT_EQ(part->mesh.cell_count(), 2u);
   EXPECT_EQ(part->mesh.point_count(), 12u);
+  EXPECT_TRUE(cells.own.empty()) << "there are no numbers to make keys of";
+}
+
+TEST_F(JoinedParts, KeysOfCellsAreTheSameInAllParts) {
+  ASSERT_TRUE(read({{.first = 0, .last = 2, .ghosts = {0, 0, 1}, .point_numbers = true},
+                    {.first = 1, .last = 3, .ghosts = {1, 0, 0}, .point_numbers = true}}));
+  const auto names = parts_of_mesh(path());
+  ASSERT_TRUE(names);
+  CellKeys first, second;
+  ASSERT_TRUE(read_parts(std::span(*names).first(1), {}, &first));
+  ASSERT_TRUE(read_parts(std::span(*names).last(1), {}, &second));
+  ASSERT_EQ(first.own.size(), 2u);
+  ASSERT_EQ(second.own.size(), 2u);
+  EXPECT_THAT(first.ghosts, ElementsAre(second.own[0]));
+  EXPECT_THAT(second.ghosts, ElementsAre(first.own[1]));
 }
 
 TEST_F(JoinedParts, SurviveRandomDamage) {

@@ -426,7 +426,7 @@ Result<ReadResult> VtkHdfReader::read(std::optional<uint64_t> step) {
   mesh_.blocks = shapes_.take(cells_);
   // join_parts() relies on a valid mesh.
   if (auto ok = validate(mesh_); !ok) return malformed(ok.error().message);
-  MAILLE_CHECK(join_parts(file_.name(), first_points_, first_cells_, marks_, true, mesh_, notes_));
+  MAILLE_CHECK(join_parts(file_.name(), first_points_, first_cells_, marks_, nullptr, mesh_, notes_));
   return ReadResult{std::move(mesh_), std::move(notes_)};
 }
 

@@ -18,11 +18,11 @@ namespace maille {
 namespace {
 
 /// Reads pieces, of one file or several: points, cells and their arrays one after the other, as VTK does;
-/// then joins what they have in common. `whole`: there are no other pieces.
+/// then joins what they have in common. `apart`: as read_parts() has it.
 class VtuReader {
  public:
-  VtuReader(std::string name, uint64_t plausible, const ReadOptions& options, bool whole = true)
-      : name_(std::move(name)), options_(options), budget_(name_, plausible, options.limits), whole_(whole) {}
+  VtuReader(std::string name, uint64_t plausible, const ReadOptions& options, CellKeys* apart = nullptr)
+      : name_(std::move(name)), options_(options), budget_(name_, plausible, options.limits), apart_(apart) {}
 
   Result<> add_file(const VtkXml& xml);
   Result<ReadResult> finish();
@@ -54,7 +54,7 @@ class VtuReader {
   size_t pieces_ = 0;
   std::vector<uint64_t> first_points_, first_cells_;  ///< by piece
   PartMarks marks_;
-  bool whole_;
+  CellKeys* apart_;  ///< not null: not all parts of the mesh are there
   bool has_points_ = false;
   bool has_block_array_ = false;
 };
@@ -232,7 +232,7 @@ Result<ReadResult> VtuReader::finish() {
   texts_.finish(mesh_);
   check_vtk_corner_arrays(mesh_, notes_);
   if (auto ok = validate(mesh_); !ok) return malformed(name_, ok.error().message);
-  MAILLE_CHECK(join_parts(name_, first_points_, first_cells_, marks_, whole_, mesh_, notes_));
+  MAILLE_CHECK(join_parts(name_, first_points_, first_cells_, marks_, apart_, mesh_, notes_));
   return ReadResult{std::move(mesh_), std::move(notes_)};
 }
 
@@ -246,7 +246,7 @@ Result<std::vector<std::string>> parts_of(const VtkXml& head) {
   return paths;
 }
 
-Result<ReadResult> read_files(const std::string& name, std::span<const std::string> paths, bool whole,
+Result<ReadResult> read_files(const std::string& name, std::span<const std::string> paths, CellKeys* apart,
                               const ReadOptions& options) {
   std::vector<std::unique_ptr<Source>> sources;
   uint64_t size = 0;
@@ -255,7 +255,7 @@ Result<ReadResult> read_files(const std::string& name, std::span<const std::stri
     size += sources.back()->size();
   }
   // As plausible_bytes() has it for packed files: whether they are is not known yet.
-  VtuReader reader(name, size * 16, options, whole);
+  VtuReader reader(name, size * 16, options, apart);
   for (const auto& source : sources) {
     const InputBytes input = MAILLE_TRY(InputBytes::load(*source));
     const VtkXml xml = MAILLE_TRY(parse_vtk_xml(input.bytes(), source->name(), {"UnstructuredGrid"}));
@@ -277,7 +277,7 @@ Result<ReadResult> read_vtu(const Source& source, const ReadOptions& options) {
   const VtkXml xml =
       MAILLE_TRY(parse_vtk_xml(input.bytes(), source.name(), {"UnstructuredGrid", "PUnstructuredGrid"}));
   if (xml.document.child("VTKFile").child("PUnstructuredGrid"))
-    return read_files(xml.file, MAILLE_TRY(parts_of(xml)), true, options);
+    return read_files(xml.file, MAILLE_TRY(parts_of(xml)), nullptr, options);
   VtuReader reader(source.name(), plausible_bytes(xml, input.bytes().size()), options);
   MAILLE_CHECK(reader.add_file(xml));
   return reader.finish();
@@ -290,9 +290,10 @@ Result<std::vector<std::string>> parts_of_mesh(const std::string& path) {
   return parts_of(MAILLE_TRY(parse_vtk_xml(input.bytes(), path, {"PUnstructuredGrid"})));
 }
 
-Result<ReadResult> read_parts(std::span<const std::string> paths, const ReadOptions& options, bool whole) {
+Result<ReadResult> read_parts(std::span<const std::string> paths, const ReadOptions& options,
+                              CellKeys* apart) {
   if (paths.empty()) return ReadResult();
-  return read_files(paths[0], paths, whole, options);
+  return read_files(paths[0], paths, apart, options);
 }
 
 const Format& vtu_format() {
