@@ -4,6 +4,7 @@
 #include <maille/http.h>
 #include <maille/series.h>
 #include <maille/stream.h>
+#include <maille/volume_file.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -187,6 +188,27 @@ struct Met {
   std::set<std::string> arrays, said;  ///< names; notes
 };
 
+/// A step has arrays of points and cells: an array of the mesh as a whole, but its time, stays as it is in
+/// the file.
+Result<> note_mesh_arrays(const AppendOptions& options, const Step& step, const Mesh& mesh,
+                          const Source& file, Met& met) {
+  const VolumeFile volume = TOOL_TRY(VolumeFile::open(file));
+  const std::vector<Array>& kept = volume.description().mesh_arrays;
+  std::vector<std::string> notes;
+  for (const Array& array : mesh.arrays) {
+    if (array.domain != Domain::mesh || array.name == "TimeValue") continue;
+    const bool same = std::any_of(kept.begin(), kept.end(), [&](const Array& other) {
+      return other.name == array.name && other.type == array.type && other.bytes == array.bytes;
+    });
+    if (same || !met.said.insert("array of the mesh " + array.name).second) continue;
+    notes.push_back(fmt::format(
+        "array \"{}\" is of the mesh as a whole: steps of time have none, so its values here are left out",
+        array.name));
+  }
+  say_notes(input_name(step.path), notes, options.common.quiet);
+  return {};
+}
+
 /// Appends one step as a whole, so a series that is interrupted keeps the steps before.
 Result<Appended> append_one(const AppendOptions& options, const Step& step, const Tolerances& tolerances,
                             Met& met) {
@@ -220,6 +242,7 @@ Result<Appended> append_one(const AppendOptions& options, const Step& step, cons
     done.time = step.time.value_or(time_of(loaded.mesh).value_or(static_cast<double>(known.size() + 1)));
     done.report = TOOL_TRY(append_step(options.file, done.time, loaded.mesh, encoding));
     note_known_time(options, known, done.time);
+    TOOL_CHECK(note_mesh_arrays(options, step, loaded.mesh, *file.source, met));
   }
   for (const uint64_t each : done.report.array_bytes) done.bytes += each;
   done.seconds = whole.seconds();

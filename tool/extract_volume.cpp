@@ -176,7 +176,8 @@ Result<ValueCondition> parse_condition(const std::string& text) {
   ValueCondition condition;
   // The first of these ends the name, so names with one of them cannot be asked for.
   const size_t at = text.find_first_of("<>=");
-  if (at != std::string::npos && set_name(text.substr(0, at), condition) &&
+  const bool differs = at != std::string::npos && at > 0 && text.compare(at - 1, 2, "!=") == 0;
+  if (at != std::string::npos && !differs && set_name(text.substr(0, at), condition) &&
       set_range(text.substr(at), condition))
     return condition;
   return failure(

@@ -121,6 +121,9 @@ Result<int> run(const InfoOptions& options) {
   const std::optional<Sphere> sphere = sphere_of(*input.source, info);
   if (options.pieces && info.mode != Mode::stream)
     return failure(ErrorCode::usage, name + ": --pieces is for volumes, files of mode stream");
+  if (options.pieces && !in_pieces(info))
+    say_notes(name, {"is not in pieces: it counts as one, of which nothing more is known before it is read"},
+              options.common.quiet);
   if (options.common.json) {
     Json json = info_json(info, name, sphere);
     if (options.pieces) json["pieces"] = TOOL_TRY(pieces_json(TOOL_TRY(VolumeFile::open(*input.source))));

@@ -76,6 +76,7 @@ void add_values(CLI::App* verb, std::string& arrays, uint64_t& step) {
       ->group(files_group);
   verb->add_option("--step", step, "Time step whose arrays are read; 0 (default): those of the mesh")
       ->type_name("N")
+      ->check(CLI::Range(uint64_t{0}, uint64_t{UINT32_MAX}))
       ->group(files_group);
 }
 
@@ -156,6 +157,7 @@ void Parser::add_extract() {
       ->group(files_group);
   e->add_option("--step", extract.step, "Volumes: time step whose arrays are written")
       ->type_name("N")
+      ->check(CLI::Range(uint64_t{0}, uint64_t{UINT32_MAX}))
       ->group(files_group);
   e->add_flag(
        "--numbers", extract.numbers,

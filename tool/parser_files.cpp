@@ -160,6 +160,7 @@ void Parser::add_decompress() {
                     "Time step whose arrays are written; 0 (default): those of the mesh; a .pvd or a case of "
                     "OpenFOAM (polymesh) gets all steps")
           ->type_name("N")
+          ->check(CLI::Range(uint64_t{0}, uint64_t{UINT32_MAX}))
           ->group(files_group);
   d->add_option("--time", decompress.time, "The same, chosen by its time")
       ->type_name("T")

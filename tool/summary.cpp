@@ -255,7 +255,18 @@ Json json_of_levels(const FileInfo& info) {
 
 }  // namespace
 
+bool in_pieces(const FileInfo& info) {
+  return std::any_of(info.chunks.begin(), info.chunks.end(),
+                     [](const ChunkInfo& chunk) { return chunk.type == "PIEC"; });
+}
+
 namespace {
+
+/// Those of a stream cannot be read alone, so they are not called pieces.
+const char* word_for_parts(const FileInfo& info) {
+  if (info.mode != Mode::stream) return "parts:";
+  return in_pieces(info) ? "pieces:" : "batches:";
+}
 
 std::string steps_text(const FileInfo& info) {
   Table table({"step", "time", "coded bytes", "arrays"}, 0);
@@ -287,8 +298,7 @@ std::string info_text(const FileInfo& info, const std::string& name, const std::
                         counted(info.most_points_in_use, "point"),
                         human_bytes(static_cast<double>(info.decode_bytes)));
   }
-  if (info.parts > 1)
-    text += fmt::format("{:<8} {}\n", info.mode == Mode::stream ? "pieces:" : "parts:", info.parts);
+  if (in_pieces(info) || info.parts > 1) text += fmt::format("{:<8} {}\n", word_for_parts(info), info.parts);
   if (!info.faces_of_level.empty()) {
     text += fmt::format("levels:  {}, the coarsest of {}\n", info.faces_of_level.size(),
                         counted(info.faces_of_level.back(), word));

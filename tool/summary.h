@@ -26,6 +26,9 @@ std::string info_text(const FileInfo& info, const std::string& name, const std::
                       bool tree, bool chunks);
 Json info_json(const FileInfo& info, const std::string& name, const std::optional<Sphere>& sphere);
 
+/// Whether parts of a volume can be read alone (compress --pieces).
+bool in_pieces(const FileInfo& info);
+
 /// Of a file that is read as one mesh: that its steps of time are left out, and how to keep them.
 std::vector<std::string> notes_of_steps(const FileInfo& info);
 

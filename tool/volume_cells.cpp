@@ -54,10 +54,14 @@ Result<> allow(const VolumeFile& file, const VolumeQuery& query, const Input& in
 Result<Region::Plane> plane_of(const std::vector<double>& numbers) {
   const Vector3 point = {{numbers[0], numbers[1], numbers[2]}},
                 normal = {{numbers[3], numbers[4], numbers[5]}};
-  const double length = std::sqrt(dot(normal, normal));
-  if (!(length > 0) || !std::isfinite(length))
-    return failure(ErrorCode::usage, "--plane: the last three numbers are its normal, which must not be 0");
-  const Vector3 unit = normal * (1 / length);
+  // Divided by the largest component first: squares of very long or short normals would be no numbers, or 0.
+  const double largest = std::max({std::abs(normal[0]), std::abs(normal[1]), std::abs(normal[2])});
+  const Vector3 scaled = {{normal[0] / largest, normal[1] / largest, normal[2] / largest}};
+  const double length = std::sqrt(dot(scaled, scaled));
+  if (!std::isfinite(length))
+    return failure(ErrorCode::usage,
+                   "--plane: the last three numbers are its normal, which must be finite and not 0");
+  const Vector3 unit = scaled * (1 / length);
   return Region::Plane{unit, -dot(unit, point)};
 }
 

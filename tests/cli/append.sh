@@ -64,3 +64,9 @@ maille compress -q -f flow_0.vtk later.maille && maille append -q later.maille f
 maille decompress -q -f later.maille later.pvd && grep -o 'timestep="[^"]*"' later.pvd
 maille compress -q -f --drop p,id flow_0.vtk bare.maille && maille append -q bare.maille flow_0.vtk flow_1.vtk
 maille decompress -q -f bare.maille bare.pvd && grep -o 'timestep="[^"]*"' bare.pvd
+# What is of the mesh as a whole, but its time, is in no step: a note says so.
+sed 's/^DATASET UNSTRUCTURED_GRID$/&\nFIELD FieldData 1\nload 1 1 float\n7/' flow_1.vtk > loaded.vtk
+maille append flow.maille loaded.vtk --time 7 | sed 's/,.*//'
+# Steps and components that cannot be.
+try maille extract -q flow.maille none.vtu --where 'p > 5' --step -1
+try maille extract -q flow.maille none.vtu --where 'p[1] > 5' --step 2

@@ -16,10 +16,17 @@ maille compress -q coarse.vtu coarse.maille; maille info --json coarse.maille | 
 maille slice -q grid.maille cut.ply --plane 0.15,0,0,1,0.2,0
 maille slice -q grid.vtu same.ply --plane 0.15,0,0,1,0.2,0
 maille diff cut.ply same.ply
+# A normal of any length.
+maille slice -q grid.vtu same.ply -f --plane 0.15,0,0,1e300,0.2e300,0; maille diff cut.ply same.ply
+maille slice -q grid.vtu same.ply -f --plane 0.15,0,0,1e-300,0.2e-300,0; maille diff cut.ply same.ply
+# Only those that can be read alone are called pieces.
+maille info grid.maille | grep -c '^pieces:'; maille info plain.maille | grep -e '^pieces:' -e '^batches:' || echo neither
+maille info --pieces plain.maille | grep -c piece
 try maille probe grid.maille --at 0.05,0.05,0.05 --at 99,0,0
 try maille extract grid.maille none.vtu --box 1,1,1,0,0,0
 try maille extract grid.maille none.vtu --where 'T > 5'
 try maille extract grid.maille none.vtu --where 'T'
+try maille extract grid.maille none.vtu --where 'T != 5'
 try maille extract grid.maille none.vtu --level 2
 try maille extract plain.maille none.vtu --coarse
 try maille extract grid.maille none.vtu --coarse --box 0,0,0,1,1,1

@@ -120,8 +120,9 @@ Result<CheckedQuery> CheckedQuery::check(const VolumeQuery& query, const PieceRe
     if (found == arrays.end()) return no_array(file.name(), wanted.array, arrays);
     if (wanted.component && *wanted.component >= found->components) {
       return failure(ErrorCode::usage, file.name() + ": array \"" + wanted.array + "\" has " +
-                                           std::to_string(found->components) +
-                                           " components, numbered from 0");
+                                           (found->components == 1 ? "one component, number 0"
+                                                                   : std::to_string(found->components) +
+                                                                         " components, numbered from 0"));
     }
     checked.conditions_.push_back({static_cast<size_t>(found - arrays.begin()), found->components, wanted});
   }

@@ -78,7 +78,7 @@ FileInfo info_of_stream(const Source& source, const FileReader& reader, const St
   info.points = tail.points;
   info.cells = tail.cells;
   info.corners = tail.corners;
-  // Batches are what `info` calls parts: what is decoded in one go.
+  // Batches, or where a file is in pieces, these: what is decoded in one go.
   info.parts = std::max<uint64_t>(tail.batches, 1);
   for (const StreamTail::Block& block : tail.blocks) {
     const std::string type = std::string("(") + name_of(block.type) + ")";
