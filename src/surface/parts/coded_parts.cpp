@@ -102,7 +102,7 @@ class PatchProgress {
   bool report() {
     if (progress_ && !busy_.test_and_set()) {
       const double fraction = static_cast<double>(done_) / static_cast<double>(patches_);
-      if (!progress_({"patches", fraction})) stopped_ = true;
+      if (!progress_({"faces", fraction})) stopped_ = true;
       busy_.clear();
     }
     return !stopped_;
