@@ -1,7 +1,7 @@
 #pragma once
 
-#include "base/posix.h"
 #include "base/result.h"
+#include "base/system.h"
 
 namespace maille {
 
@@ -33,15 +33,7 @@ class DescriptorOutput {
   static constexpr size_t buffer_bytes = size_t{64} << 10;
 
   Result<> write_now(Bytes bytes) {
-    while (failed_ == 0 && !bytes.empty()) {
-      const ssize_t written = ::write(fd_, bytes.data(), bytes.size());
-      if (written >= 0) {
-        bytes = bytes.subspan(static_cast<size_t>(written));
-        // A signal interrupts a write that has not begun; that is no failure.
-      } else if (errno != EINTR) {
-        failed_ = errno;
-      }
-    }
+    if (failed_ == 0 && !write_all(fd_, bytes)) failed_ = errno;
     if (failed_ == 0) return {};
     // Later calls of the system may have set errno; the first failure is the one to report.
     errno = failed_;

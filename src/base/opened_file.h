@@ -2,8 +2,9 @@
 
 #include <maille/source.h>
 #include <string>
+#include <vector>
 
-#include "base/posix.h"
+#include "base/system.h"
 
 namespace maille {
 

@@ -1,13 +1,12 @@
 #pragma once
 
 #include <maille/source.h>
-#include <sys/types.h>
 
 #include <memory>
 #include <optional>
 #include <string>
 
-#include "base/posix.h"
+#include "base/system.h"
 #include "base/unfinished.h"
 
 namespace maille {
@@ -21,8 +20,9 @@ class PendingFile {
     late,   ///< none before commit(), where that can be
     early,  ///< a temporary one, as on file systems that have no files without names
   };
-  /// Through a symbolic link, if `path` is one. `mode`: exactly these permissions, not the usual ones.
-  static Result<std::unique_ptr<PendingFile>> create(const std::string& path, std::optional<mode_t> mode = {},
+  /// Through a symbolic link, if `path` is one. `permissions`: exactly these, not the usual ones.
+  static Result<std::unique_ptr<PendingFile>> create(const std::string& path,
+                                                     std::optional<unsigned> permissions = {},
                                                      Naming naming = Naming::late);
   ~PendingFile();
   PendingFile(const PendingFile&) = delete;
@@ -35,9 +35,9 @@ class PendingFile {
 
  private:
   explicit PendingFile(const std::string& path);
-  Result<> open(mode_t mode, Naming naming);
-  void open_nameless(mode_t mode);
-  bool open_named(mode_t mode);
+  Result<> open(unsigned permissions, Naming naming);
+  void open_without_name(unsigned permissions);
+  bool open_named(unsigned permissions);
   void choose_temporary_name();
   bool link_as(const std::string& name) const;
   bool give_name();

@@ -1,7 +1,5 @@
 #include "base/region_file.h"
 
-#include <unistd.h>
-
 #include "base/result.h"
 
 namespace maille {
@@ -12,14 +10,7 @@ Result<> RegionFile::open() {
 }
 
 Result<> RegionFile::write_at(uint64_t offset, Bytes bytes) {
-  while (!bytes.empty()) {
-    const ssize_t written =
-        ::pwrite(file_->descriptor(), bytes.data(), bytes.size(), static_cast<off_t>(offset));
-    if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) return cannot_write(path_);
-    offset += static_cast<uint64_t>(written);
-    bytes = bytes.subspan(static_cast<size_t>(written));
-  }
+  if (!write_to(file_->descriptor(), offset, bytes)) return cannot_write(path_);
   return {};
 }
 

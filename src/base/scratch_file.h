@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "base/posix.h"
+#include "base/system.h"
 
 namespace maille {
 

@@ -1,11 +1,9 @@
-#include <fcntl.h>
 #include <maille/source.h>
-#include <sys/stat.h>
 
 #include "base/descriptor_output.h"
 #include "base/pending_file.h"
-#include "base/posix.h"
 #include "base/result.h"
+#include "base/system.h"
 
 namespace maille {
 namespace {
@@ -58,16 +56,16 @@ class FileSink final : public Sink {
   DescriptorOutput output_;
 };
 
-/// Opens what exists and is no regular file, hence without O_CREAT and O_TRUNC.
+/// Opens what exists and is no regular file.
 Result<std::unique_ptr<Sink>> direct_sink(const std::string& path) {
-  Descriptor file(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
+  Descriptor file = open_to_write(path);
   if (!file.valid()) return cannot_write(path);
   const int fd = file.get();
   return std::make_unique<DirectSink>(std::move(file), fd, path);
 }
 
-Result<std::unique_ptr<Sink>> replacing_sink(const std::string& path, std::optional<mode_t> mode) {
-  return std::make_unique<FileSink>(MAILLE_TRY(PendingFile::create(path, mode)));
+Result<std::unique_ptr<Sink>> replacing_sink(const std::string& path, std::optional<unsigned> permissions) {
+  return std::make_unique<FileSink>(MAILLE_TRY(PendingFile::create(path, permissions)));
 }
 
 }  // namespace
@@ -79,21 +77,22 @@ std::unique_ptr<Sink> memory_sink(std::vector<std::byte>& out) {
 // There are three cases: a new file, a file that is replaced and keeps its permissions, and a device or pipe,
 // which is written to directly.
 Result<std::unique_ptr<Sink>> file_sink(const std::string& path) {
-  struct stat info {};
-  if (::stat(path.c_str(), &info) != 0) {
+  using Kind = FileStatus::Kind;
+  const FileStatus status = status_of(path);
+  if (status.kind == Kind::none) {
     if (!path.empty() && path.back() != '/') return replacing_sink(path, {});
     // A path that ends in a slash names a folder, even if there is none.
     errno = path.empty() ? ENOENT : EISDIR;
     return cannot_write(path.empty() ? "a file without a name" : path);
   }
-  if (S_ISDIR(info.st_mode)) {
+  if (status.kind == Kind::folder) {
     errno = EISDIR;
     return cannot_write(path);
   }
-  if (!S_ISREG(info.st_mode)) return direct_sink(path);
+  if (status.kind == Kind::other) return direct_sink(path);
   // rename() would replace a write-protected file without asking.
-  if (::access(path.c_str(), W_OK) != 0) return cannot_write(path);
-  return replacing_sink(path, info.st_mode & 07777);
+  if (!is_writable(path)) return cannot_write(path);
+  return replacing_sink(path, status.permissions);
 }
 
 std::unique_ptr<Sink> stdout_sink() {

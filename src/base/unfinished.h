@@ -26,10 +26,4 @@ class UnfinishedRegistration {
 /// ".NAME.PID-COUNT.part", a name no other file has.
 std::string temporary_name(const std::string& name);
 
-struct PathParts {
-  std::string folder;
-  std::string name;
-};
-PathParts split_path(const std::string& path);
-
 }  // namespace maille

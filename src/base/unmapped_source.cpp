@@ -1,7 +1,5 @@
 #include <maille/source.h>
 
-#include <fcntl.h>
-
 #include "base/opened_file.h"
 #include "base/result.h"
 #include "base/scratch_file.h"
@@ -29,7 +27,7 @@ class SpooledSource final : public Source {
 }  // namespace
 
 Result<std::unique_ptr<Source>> unmapped_source(const std::string& path) {
-  Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  Descriptor file = open_to_read(path);
   if (!file.valid()) return cannot_read(path);
   const uint64_t size = MAILLE_TRY(plain_size(file.get(), path));
   // What is no regular file, or lies below /proc, claims to be empty; only reading it to the end tells its
@@ -44,8 +42,7 @@ Result<std::unique_ptr<Source>> spooled_source(int descriptor, const std::string
   // Chosen, not swept: a pipe of Linux gives 64 KiB at once by default, a file as much as is asked for.
   std::vector<std::byte> buffer(size_t{256} << 10);
   for (;;) {
-    const ssize_t count = ::read(descriptor, buffer.data(), buffer.size());
-    if (count < 0 && errno == EINTR) continue;
+    const ptrdiff_t count = read_some(descriptor, buffer);
     if (count < 0) return cannot_read(name);
     if (count == 0) break;
     // write_at() and not append(), so that nothing waits in the file's buffer and reading changes nothing.

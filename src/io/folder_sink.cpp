@@ -11,8 +11,8 @@
 #include <list>
 #include <optional>
 
-#include "base/posix.h"
 #include "base/result.h"
+#include "base/system.h"
 #include "base/unfinished.h"
 
 namespace maille {

@@ -1,12 +1,10 @@
 #include "volume/stream/chunk_pull.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cerrno>
 
-#include "base/posix.h"
 #include "base/result.h"
+#include "base/system.h"
 
 namespace maille {
 
@@ -105,16 +103,14 @@ Result<> ChunkPull::check_end() {
 
 namespace {
 
-// A pipe or file that the caller has opened and closes. Reads that a signal interrupts are begun again.
+// A pipe or file that the caller has opened and closes.
 class DescriptorStream final : public ByteStream {
  public:
   DescriptorStream(int descriptor, std::string name) : descriptor_(descriptor), name_(std::move(name)) {}
   Result<size_t> read(std::span<std::byte> out) override {
-    for (;;) {
-      const ssize_t count = ::read(descriptor_, out.data(), out.size());
-      if (count >= 0) return static_cast<size_t>(count);
-      if (errno != EINTR) return cannot_read(name_);
-    }
+    const ptrdiff_t count = read_some(descriptor_, out);
+    if (count < 0) return cannot_read(name_);
+    return static_cast<size_t>(count);
   }
   std::string name() const override { return name_; }
 

@@ -11,15 +11,6 @@
 namespace maille {
 namespace {
 
-/// fsync(), again after an interruption.
-bool sync(int fd) {
-  int result = 0;
-  do {
-    result = ::fsync(fd);
-  } while (result != 0 && errno == EINTR);
-  return result == 0;
-}
-
 /// The file a symbolic link leads to, so that writing through a link keeps the link.
 std::string resolve_link(const std::string& path) {
   struct stat info {};
@@ -43,42 +34,44 @@ PendingFile::~PendingFile() {
   if (!committed_ && !temporary_.empty()) ::unlinkat(folder_.get(), temporary_.c_str(), 0);
 }
 
-Result<std::unique_ptr<PendingFile>> PendingFile::create(const std::string& path, std::optional<mode_t> mode,
-                                                         Naming naming) {
+Result<std::unique_ptr<PendingFile>> PendingFile::create(const std::string& path,
+                                                         std::optional<unsigned> permissions, Naming naming) {
   std::unique_ptr<PendingFile> file(new PendingFile(path));
-  MAILLE_CHECK(file->open(mode.value_or(0666), naming));
+  MAILLE_CHECK(file->open(permissions.value_or(0666), naming));
   // open() takes away what the umask forbids; a file that replaces another one keeps the permissions of that.
-  if (mode) ::fchmod(file->descriptor(), *mode);  // best effort: some file systems have no modes
+  if (permissions)
+    ::fchmod(file->descriptor(),
+             static_cast<mode_t>(*permissions));  // best effort: some file systems have no modes
   return file;
 }
 
 // The folder stays open, and the name is given within it at the end, wherever chdir() or a rename has led
 // meanwhile.
-Result<> PendingFile::open(mode_t mode, Naming naming) {
+Result<> PendingFile::open(unsigned permissions, Naming naming) {
   const std::string what = path_ + ": folder " + place_.folder;
   folder_ = Descriptor(::open(place_.folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (!folder_.valid()) return cannot_write(what);
-  if (naming == Naming::late) open_nameless(mode);
-  if (file_.valid() || open_named(mode)) return {};
+  if (naming == Naming::late) open_without_name(permissions);
+  if (file_.valid() || open_named(permissions)) return {};
   return cannot_write(what);
 }
 
-void PendingFile::open_nameless([[maybe_unused]] mode_t mode) {
+void PendingFile::open_without_name([[maybe_unused]] unsigned permissions) {
 #ifdef O_TMPFILE
-  Descriptor file(::openat(folder_.get(), ".", O_TMPFILE | O_WRONLY | O_CLOEXEC, mode));
+  Descriptor file(::openat(folder_.get(), ".", O_TMPFILE | O_WRONLY | O_CLOEXEC, permissions));
   // Without /proc it could never get a name.
   if (file.valid() && ::access(link_to(file.get()).c_str(), F_OK) == 0) file_ = std::move(file);
 #endif
 }
 
-bool PendingFile::open_named(mode_t mode) {
+bool PendingFile::open_named(unsigned permissions) {
   // O_EXCL never opens a file that somebody else has made, so names are tried until one is free.
   // Names differ by process, count and time, so that a second attempt is rare; 100 bounds the loop where a
   // file system says EEXIST to everything.
   for (int attempt = 0; attempt < 100; ++attempt) {
     choose_temporary_name();
     file_ = Descriptor(
-        ::openat(folder_.get(), temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode));
+        ::openat(folder_.get(), temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, permissions));
     if (file_.valid()) return true;
     const int reason = errno;
     registration_.reset();
