@@ -5,6 +5,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <numeric>
 
 #include <maille/mpi.h>
@@ -44,7 +45,7 @@ struct Options {
   std::vector<std::string> files;  ///< inputs, then the output
   int effort = 5;
   uint64_t pieces = cells_of_volume_piece;
-  bool as_is = false, any_order = false, quiet = false;
+  bool as_is = false, any_order = false, force = false, quiet = false;
   double error = 0;
   uint64_t step = 0;
   double time = 0;
@@ -248,8 +249,18 @@ Result<> append(const Options& options, MPI_Comm communicator) {
   return {};
 }
 
+/// Who forgets the output would else lose the last input.
+Result<> check_output(const Options& options, Ranks& ranks) {
+  const std::string& path = options.files.back();
+  std::error_code error;
+  const bool is_there = ranks.rank() == 0 && !options.force && std::filesystem::exists(path, error);
+  return agree(
+      ranks, is_there ? failure(ErrorCode::usage, path + ": exists already; -f overwrites it") : Result<>());
+}
+
 Result<> compress(const Options& options, MPI_Comm communicator) {
   const std::unique_ptr<Ranks> ranks = mpi::ranks(communicator);
+  if (auto all = check_output(options, *ranks); !all) return all;
   EncodeOptions encoding;
   encoding.mode = Mode::stream;
   encoding.effort = options.effort;
@@ -330,6 +341,7 @@ int run(int argc, char** argv) {
       ->check(CLI::PositiveNumber);
   compressing.add_flag("--as-is", options.as_is, "the part of each rank is a piece");
   compressing.add_flag("--any-order", options.any_order, "the order of points and cells may change");
+  compressing.add_flag("-f,--force", options.force, "overwrite OUTPUT if it exists");
   compressing.add_flag("-q,--quiet", options.quiet, "errors only");
   CLI::App& appending =
       *app.add_subcommand("append",
@@ -344,6 +356,7 @@ int run(int argc, char** argv) {
       "A .pvtu, and a .vtu beside it for each rank: its share of the pieces, with the numbers of points and "
       "cells in the whole mesh.");
   decompressing.add_option("files", options.files, "FILE OUT.pvtu")->required()->expected(2);
+  decompressing.add_flag("-f,--force", options.force, "overwrite OUT.pvtu if it exists");
   decompressing.add_option("--step", options.step, "a step of time; 0 (default): the mesh");
   CLI::App& verifying = *app.add_subcommand("verify", "Decodes all pieces, each by one rank.");
   verifying.add_option("file", options.files, "FILE")->required()->expected(1);
@@ -357,8 +370,10 @@ int run(int argc, char** argv) {
     const int code = rank == 0 ? app.exit(error) : error.get_exit_code();
     return code == 0 ? 0 : static_cast<int>(ErrorCode::usage);
   }
-  const auto decompress = [&] {
-    return decompress_shares(options.files[0], options.files[1], options.step, *mpi::ranks(MPI_COMM_WORLD));
+  const auto decompress = [&]() -> Result<> {
+    const std::unique_ptr<Ranks> ranks = mpi::ranks(MPI_COMM_WORLD);
+    if (auto all = check_output(options, *ranks); !all) return all;
+    return decompress_shares(options.files[0], options.files[1], options.step, *ranks);
   };
   const Result<> done = compressing.parsed()     ? compress(options, MPI_COMM_WORLD)
                         : appending.parsed()     ? append(options, MPI_COMM_WORLD)
