@@ -3,7 +3,7 @@ PREFIX ?= /usr/local
 
 FUZZ_SECONDS ?= 60
 
-.PHONY: help check-deep coverage demo test test-c test-mpi test-python test-foam test-readers test-vtk test-paraview sanitize web viewer bench scale fuzz fuzz-web format install package test-package clean
+.PHONY: help check-deep coverage demo test test-c test-mpi test-python test-foam test-readers test-vtk test-paraview test-windows sanitize web viewer bench scale fuzz fuzz-web format install package test-package clean
 
 help:
 	@echo "make demo     build, compress a real scan, bring it back, compare (MESH=path: a mesh of your own)"
@@ -15,6 +15,7 @@ help:
 	@echo "make test-vtk build vtkMailleReader and vtkMailleWriter and test them against VTK's own readers"
 	@echo "make test-paraview  fetch ParaView into a folder, build the plug-in and test it with pvbatch, 1 to 3 ranks"
 	@echo "make test-readers  read what maille writes with VTK, meshio, gmsh, assimp and foamToVTK, and compare"
+	@echo "make test-windows  cross-compile for Windows with mingw-w64, and decode the golden files under wine"
 	@echo "make sanitize the same with the sanitizers of clang and small meshes (.ci/run does both)"
 	@echo "make check-deep every allocation and call to the system fails in turn, kills, power losses, damaged files: docs/reliability.md"
 	@echo "make coverage which lines of what decodes are run by tests"
@@ -62,6 +63,9 @@ test-paraview:
 test-readers:
 	@cmake --preset release > /dev/null && cmake --build --preset release --target maille_tool
 	@scripts/check-readers
+
+test-windows:
+	@scripts/test-windows
 
 sanitize:
 	@scripts/test sanitize

@@ -1,12 +1,6 @@
-# For WebAssembly the core alone, with headers of Debian that need nothing else of the system. Its other headers must not
-# be seen: emscripten has its own.
-set(headers ${CMAKE_BINARY_DIR}/headers)
-file(MAKE_DIRECTORY ${headers})
-foreach(header tl xxhash.h)
-  file(CREATE_LINK /usr/include/${header} ${headers}/${header} SYMBOLIC)
-endforeach()
-add_library(tl::expected INTERFACE IMPORTED)
-target_include_directories(tl::expected SYSTEM INTERFACE ${headers})
+# For WebAssembly the core alone.
+include(cmake/debian_headers.cmake)
+maille_debian_headers(tl xxhash.h)
 
 # Sizes of 64 bits are checked against Limits before they become sizes of memory. With -msse2 emscripten has SSE2's
 # intrinsics in SIMD of WebAssembly: the same lanes as natively.
@@ -21,7 +15,7 @@ set(maille_fast_on_web
   volume/cells/patterns.cpp volume/stream/stream_reader.cpp)
 
 # Files that only encoders, writers and tools use are left out: what links one of them by accident does not link.
-set(maille_not_for_web
+set(maille_left_out
   "base/(append_sink|opened_file|region_file|scratch_file|sink|unfinished|unmapped_source|version)"
   "base/posix/(open_within|pending_file|unfinished)"
   "mesh/compare"

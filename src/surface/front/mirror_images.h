@@ -68,7 +68,7 @@ class MirrorImages {
       if (h == first) break;
     }
     expected_ = none;
-    long most = 0;
+    ptrdiff_t most = 0;
     for (unsigned i = 0; i < count; ++i) {
       const auto times = std::count(found.begin(), found.begin() + count, found[i]);
       if (times <= most) continue;
