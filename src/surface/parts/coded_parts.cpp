@@ -112,7 +112,7 @@ class PatchProgress {
   size_t patches_;
   std::atomic<size_t> done_ = 0;
   std::atomic<bool> stopped_ = false;
-  std::atomic_flag busy_ = ATOMIC_FLAG_INIT;
+  std::atomic_flag busy_;  // clear, by C++20
 };
 
 template <class Options>
