@@ -5,6 +5,8 @@ import {ErrorCode, MailleError} from './decoder.js';
 /** What one more request costs, in bytes that could be read along instead. */
 const GAP = 16 * 1024;
 const FRONT = 64 * 1024;
+/** Room for a whole file at first, whatever size a server claims. */
+const FIRST_ROOM = 64 * 1024 * 1024;
 const REQUESTS_AT_ONCE = 6;
 const TRIES = 4;
 
@@ -221,7 +223,8 @@ function contentRange(response) {
 /** The body of one response, read front to back. */
 class WholeBody {
   constructor(response, size, most, owner) {
-    this.bytes = new Uint8Array(size ?? 1 << 20);
+    this.size = size;
+    this.bytes = new Uint8Array(Math.min(size ?? 1 << 20, FIRST_ROOM));
     this.arrived = 0;
     this.waiting = [];
     this.finished = this.#pump(response.body.getReader(), most, owner).catch(error => {
@@ -247,7 +250,7 @@ class WholeBody {
       const end = this.arrived + value.length;
       if (end > most) { reader.cancel(); throw new MailleError(ErrorCode.network, `${owner.url}: more than maxWhole bytes`); }
       if (end > this.bytes.length) {
-        const larger = new Uint8Array(Math.max(end, this.bytes.length * 2));
+        const larger = new Uint8Array(Math.max(end, Math.min(this.bytes.length * 2, this.size ?? Infinity)));
         larger.set(this.bytes.subarray(0, this.arrived));
         this.bytes = larger;
       }

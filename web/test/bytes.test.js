@@ -100,6 +100,19 @@ test('a server without ranges gives the whole file, part by part as it arrives',
   assert.equal(log.length, 1);
 });
 
+test('a server that claims to send more than it does takes no more memory', async () => {
+  const before = process.memoryUsage().arrayBuffers, claimed = 1.9e9;
+  fresh((request, response) => {
+    response.writeHead(200, {'Content-Length': claimed});
+    response.write(large, () => response.destroy());
+    return true;
+  });
+  const bytes = await bytesOf(`${address}/large`, {maxWhole: Infinity});
+  assert.deepEqual(await bytes.read(0, 1000), large.slice(0, 1000));
+  assert.ok(process.memoryUsage().arrayBuffers - before < 200e6);
+  await assert.rejects(bytes.read(claimed - 10, 10));
+});
+
 test('a large file is not fetched whole by accident', async () => {
   fresh((request, response, content) => { response.writeHead(200, {'Content-Length': content.length}).end(content); return true; });
   await assert.rejects(bytesOf(`${address}/large`, {maxWhole: 1000}), {code: 10, message: /gives no parts/});

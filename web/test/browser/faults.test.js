@@ -149,6 +149,71 @@ test('a file that changed on the server is noticed', {skip}, async () => {
   await page.close();
 });
 
+test('a server that lies about the size of a file is a sentence, or does no harm', {skip}, async () => {
+  for (const size of [70_000, mesh.length - 1, mesh.length + 1, 1000 * mesh.length, 9e15]) {
+    const page = await openWith((request, response) => {
+      const [begin, end] = rangeOf(request);
+      if (begin >= mesh.length) return response.writeHead(416).end();
+      response.writeHead(206, {'Content-Range': `bytes ${begin}-${end - 1}/${size}`, 'Content-Length': end - begin, ETag: `"${size}"`});
+      return response.end(mesh.subarray(begin, end));
+    });
+    const told = page.waitForSelector('.message.bad'), shown = wantAll(page).then(() => settle(page));
+    await Promise.race([told, shown]);
+    behave = null;
+    assert.equal(await page.evaluate(() => viewer.open('/mesh.maille')), true);
+    await page.waitForFunction(() => viewer.model.triangles > 0 && viewer.done);
+    told.catch(() => {});
+    await page.close();
+    await shown.catch(() => {});
+  }
+});
+
+test('what the graphics card has lost is drawn again', {skip}, async () => {
+  const page = await openWith(null);
+  await settle(page);
+  const [before, after] = await page.evaluate(async () => {
+    const {stage} = viewer, gl = stage.renderer.getContext(), lost = gl.getExtension('WEBGL_lose_context');
+    const picture = () => {
+      const pixels = new Uint8Array(4 * 100 * 100);
+      stage.draw();
+      gl.readPixels(gl.drawingBufferWidth / 2 - 50, gl.drawingBufferHeight / 2 - 50, 100, 100, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+      return pixels.join();
+    };
+    const first = picture(), restored = new Promise(resolve => stage.canvas.addEventListener('webglcontextrestored', () => setTimeout(resolve, 500)));
+    lost.loseContext();
+    await new Promise(resolve => setTimeout(resolve, 100));
+    lost.restoreContext();
+    await restored;
+    return [first, picture()];
+  });
+  assert.ok(new Set(before.split(',')).size > 20, 'there is something to see');
+  assert.equal(after, before);
+  await page.close();
+});
+
+test('a page that is hidden while it loads shows the mesh when it is seen', {skip}, async () => {
+  const page = await newPage(browser);
+  behave = null;
+  // Browsers give hidden pages no frames.
+  await page.addInitScript(() => {
+    const give = requestAnimationFrame.bind(window), waiting = [];
+    window.requestAnimationFrame = call => (waiting.seen ? give(call) : waiting.push(call));
+    window.becomeSeen = () => {
+      waiting.seen = true;
+      for (const call of waiting.splice(0)) give(call);
+    };
+  });
+  await page.goto(`${address}/?file=/mesh.maille`);
+  await page.waitForFunction(() => window.viewer?.model, null, {polling: 100});
+  await page.waitForTimeout(1500);
+  assert.equal(await trianglesOf(page), 0);
+  await page.evaluate(() => becomeSeen());
+  await settle(page);
+  assert.ok(await trianglesOf(page) > 0);
+  assert.deepEqual(page.complaints, []);
+  await page.close();
+});
+
 test('a server that allows no pages of others is named as that', {skip}, async () => {
   const closed = createServer((request, response) => response.writeHead(200).end('no header allows this'));
   await new Promise(resolve => closed.listen(0, '127.0.0.1', resolve));
