@@ -191,8 +191,8 @@ void write_map(ByteWriter& out, const NumberMap& map, ByteWriter* tables) {
 
 namespace {
 
-/// Is this a map that choose_maps() can make for this type? Without a look at origin and step of lattices:
-/// any doubles will do there, since store_rounded() takes infinities and NaN.
+/// Is this a map that choose_maps() can make for this type? Of lattices only what machines agree on: bits of
+/// NaN that come of NaN, or of 0 times infinity, are not the same in WebAssembly.
 bool is_sensible(const NumberMap& map, Scalar type, bool in_stream) {
   if (map.factor != 0) {
     const bool allowed = map.kind == NumberMap::Kind::decimal || map.kind == NumberMap::Kind::binary ||
@@ -213,9 +213,10 @@ bool is_sensible(const NumberMap& map, Scalar type, bool in_stream) {
     case NumberMap::Kind::binary:
       return is_float(type) && map.exponent >= -1100 && map.exponent <= 1023;
     case NumberMap::Kind::lattice:
-      return true;
+      return std::isfinite(map.origin) && std::isfinite(map.step);
     case NumberMap::Kind::logarithm:
-      return is_float(type) && map.step > 0 && std::fabs(map.origin) < 9007199254740992.0;
+      return is_float(type) && map.step > 0 && std::isfinite(map.step) &&
+             std::fabs(map.origin) < 9007199254740992.0;
     case NumberMap::Kind::binary_digits:
     case NumberMap::Kind::decimal_digits: {
       const uint32_t base = map.kind == NumberMap::Kind::binary_digits ? 2 : 10;
