@@ -30,11 +30,13 @@ Result<std::vector<PieceRecord>> read_index(const FileReader& file) {
   return all;
 }
 
-/// Index and end of a file lie together: one read of the last 64 KiB lets a distant source fetch them at
-/// once.
+/// Index and end of a file lie together: one read lets a distant source fetch them at once. Of 6,176 pieces
+/// of 11 kB they are a three hundredth of the file, of larger pieces less.
 Result<> fetch_end(const Source& source) {
   if (!source.view().empty()) return {};
-  std::vector<std::byte> end(static_cast<size_t>(std::min<uint64_t>(source.size(), uint64_t{64} << 10)));
+  constexpr uint64_t least = uint64_t{64} << 10, most = uint64_t{512} << 10;
+  const uint64_t size = std::min(source.size(), std::clamp(source.size() / 256, least, most));
+  std::vector<std::byte> end(static_cast<size_t>(size));
   return source.read_at(source.size() - end.size(), end);
 }
 
