@@ -5,7 +5,10 @@ import json
 import os
 import sys
 
-from paraview.simple import (Delete, IntegrateVariables, LoadPlugin, OpenDataFile, SaveData, UpdatePipeline, servermanager)
+from paraview.simple import (CreateRenderView, Delete, IntegrateVariables, LoadPlugin, OpenDataFile, SaveData, UpdatePipeline,
+                             servermanager)
+
+import maille_camera
 
 LoadPlugin(os.environ['MAILLE_PLUGIN'], remote=False, ns=globals())
 folder = os.environ['MAILLE_FILES']
@@ -30,6 +33,18 @@ def opened(name, **properties):
 for name in ('volume', 'pieces', 'surface'):
     answer[name] = seen(opened(name + '.maille'))
 answer['level'] = seen(opened('surface.maille', Level=1))
+# Cells by how far the camera is, in lengths of the box; then in parallel projection, where distance does not matter.
+surface, view = opened('surface.maille'), CreateRenderView(ViewSize=[800, 600])
+UpdatePipeline(proxy=surface)
+bounds = surface.GetDataInformation().GetBounds()
+middle = [(low + high) / 2 for low, high in zip(bounds[0::2], bounds[1::2])]
+length = max(high - low for low, high in zip(bounds[0::2], bounds[1::2]))
+answer['camera'], answer['camera moved'] = [], []
+for distance, parallel in ((1, False), (4, False), (4, False), (100, False), (1, True), (100, True)):
+    view.CameraParallelProjection, view.CameraParallelScale = int(parallel), 4 * length
+    view.CameraPosition, view.CameraFocalPoint = [middle[0], middle[1], middle[2] + distance * length], middle
+    answer['camera moved'].append(maille_camera.look(surface, view, pixels=1))
+    answer['camera'].append(seen(surface)['cells'])
 answer['region'] = seen(opened('pieces.maille', OnlyaRegion=1, Region=json.loads(os.environ['MAILLE_REGION'])))
 answer['no arrays'] = seen(opened('volume.maille', PointArrays=[]))
 # Sizes of all cells together: none twice, none missing.
