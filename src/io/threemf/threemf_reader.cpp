@@ -8,7 +8,6 @@
 
 #include "base/result.h"
 #include "io/budget.h"
-#include "io/format.h"
 #include "io/number_column.h"
 #include "io/reading.h"
 #include "io/threemf/threemf.h"
@@ -425,23 +424,11 @@ Result<ReadResult> ThreeMfReader::read(Bytes bytes) {
   return std::move(result_);
 }
 
-bool recognise_threemf(Bytes bytes) {
-  return is_zip(bytes);
-}
-
 }  // namespace
 
 Result<ReadResult> read_threemf(const Source& source, const ReadOptions& options) {
   const InputBytes input = MAILLE_TRY(InputBytes::load(source));
   return ThreeMfReader(source, options).read(input.bytes());
-}
-
-const Format& threemf_format() {
-  static const Format format{{"3mf", {".3mf"}, "3MF, packages for 3D printing", false, true},
-                             recognise_threemf,
-                             read_threemf,
-                             write_threemf};
-  return format;
 }
 
 }  // namespace maille

@@ -9,6 +9,7 @@
 #include "base/bytes.h"
 #include "base/result.h"
 #include "io/buffered_writer.h"
+#include "io/format.h"
 #include "io/notes.h"
 #include "io/reading.h"
 #include "io/zip.h"
@@ -319,6 +320,10 @@ Result<> put_text(ZipWriter& zip, const char* path, const std::string& text) {
   return zip.add(path, [&](Sink& sink) { return sink.write(std::as_bytes(std::span(text))); });
 }
 
+bool recognise_threemf(Bytes bytes) {
+  return is_zip(bytes);
+}
+
 }  // namespace
 
 Result<std::vector<std::string>> write_threemf(const Mesh& mesh, Sink& sink, const WriteOptions&) {
@@ -343,6 +348,14 @@ Result<std::vector<std::string>> write_threemf(const Mesh& mesh, Sink& sink, con
   MAILLE_CHECK(zip.add(threemf_model_path, [&](Sink& model) { return writer.write_model(model); }));
   MAILLE_CHECK(zip.finish());
   return notes;
+}
+
+const Format& threemf_format() {
+  static const Format format{{"3mf", {".3mf"}, "3MF, packages for 3D printing", false, true},
+                             recognise_threemf,
+                             read_threemf,
+                             write_threemf};
+  return format;
 }
 
 }  // namespace maille

@@ -1,23 +1,17 @@
-// Series in time: files that hold their steps themselves, cases of OpenFOAM, and ParaView's list of files,
-// <VTKFile type="Collection"><Collection><DataSet timestep="" file=""/>...
+// Series in time: files that hold their steps themselves, cases of OpenFOAM, and ParaView's list of files.
 #include <maille/series.h>
 #include <maille/source.h>
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
-#include <pugixml.hpp>
 #include <string_view>
 
 #include "base/result.h"
-#include "io/beside.h"
 #include "io/cgns/cgns.h"
 #include "io/ensight/ensight.h"
 #include "io/exodus/exodus.h"
 #include "io/foam/foam_processors.h"
-#include "io/numbers.h"
-#include "io/reading.h"
-#include "io/text_scanner.h"
+#include "io/vtk/pvd.h"
 #include "io/vtk/vtkhdf.h"
 #include "io/xdmf/xdmf.h"
 
@@ -60,18 +54,6 @@ bool is_list(const std::string& path) {
   return path.ends_with(".pvd");
 }
 
-/// The time of an entry; 0 where a list has no times.
-Result<double> time_of(const pugi::xml_node& entry, const std::string& list) {
-  const pugi::xml_attribute attribute = entry.attribute("timestep");
-  if (!attribute) return 0.0;
-  const std::string_view text = trim(attribute.value());
-  const char* const end = text.data() + text.size();
-  Number number;
-  if (parse_number(text.data(), end, number) == end && std::isfinite(number.value)) return number.value;
-  return failure(ErrorCode::malformed_input,
-                 list + ": the timestep \"" + std::string(text) + "\" is no finite number");
-}
-
 Result<std::vector<SeriesEntry>> steps_of_file(const std::string& path, const Source& source) {
   std::vector<SeriesEntry> steps;
   const auto times = is_exodus(path)    ? exodus_times(source)
@@ -101,27 +83,6 @@ bool is_case(const std::string& path) {
   return std::filesystem::is_directory(path, error) && !foam_case_of(path).time;
 }
 
-Result<std::vector<SeriesEntry>> files_of_list(const std::string& path, const Source& source) {
-  const InputBytes input = MAILLE_TRY(InputBytes::load(source));
-  pugi::xml_document document;
-  const auto parsed = document.load_buffer(input.bytes().data(), input.bytes().size());
-  const pugi::xml_node list = document.child("VTKFile").child("Collection");
-  if (!parsed || !list)
-    return failure(ErrorCode::malformed_input, path + ": there should be a VTKFile with a Collection");
-  std::vector<SeriesEntry> series;
-  for (const pugi::xml_node entry : list.children("DataSet")) {
-    // Files of a list are opened from its folder only, as is everything that a file refers to.
-    const std::string file = MAILLE_TRY(path_beside(path, entry.attribute("file").value()));
-    const double time = MAILLE_TRY(time_of(entry, path));
-    if (!series.empty() && series.back().time == time) {
-      return failure(ErrorCode::unsupported,
-                     path + ": several files at time " + std::to_string(time) + "; a step is one mesh");
-    }
-    series.push_back({file, time, std::nullopt});
-  }
-  return series;
-}
-
 }  // namespace
 
 bool may_be_series(const std::string& path) {
@@ -142,7 +103,7 @@ Result<ReadResult> read_series_entry(const SeriesEntry& entry, const ReadOptions
 Result<std::vector<SeriesEntry>> read_series(const std::string& path) {
   if (!is_list(path) && !has_own_steps(path)) return times_of_case(path);
   const std::unique_ptr<Source> source = MAILLE_TRY(file_source(path));
-  return is_list(path) ? files_of_list(path, *source) : steps_of_file(path, *source);
+  return is_list(path) ? read_pvd(path, *source) : steps_of_file(path, *source);
 }
 
 }  // namespace maille

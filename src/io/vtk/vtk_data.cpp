@@ -16,16 +16,6 @@
 namespace maille {
 namespace {
 
-/// VTK's names of types of numbers, and those of older files behind; the first name of a type is the one
-/// written.
-constexpr struct {
-  const char* name;
-  Scalar type;
-} vtk_scalars[] = {{"Int8", Scalar::i8},     {"UInt8", Scalar::u8},   {"Int16", Scalar::i16},
-                   {"UInt16", Scalar::u16},  {"Int32", Scalar::i32},  {"UInt32", Scalar::u32},
-                   {"Int64", Scalar::i64},   {"UInt64", Scalar::u64}, {"Float32", Scalar::f32},
-                   {"Float64", Scalar::f64}, {"Char", Scalar::i8},    {"char", Scalar::i8}};
-
 tl::unexpected<Error> malformed(const std::string& where, const std::string& what) {
   return failure(ErrorCode::malformed_input, where + ": " + what);
 }
@@ -278,20 +268,6 @@ Result<> read_root(VtkXml& xml, std::initializer_list<std::string_view> types) {
 
 }  // namespace
 
-std::optional<Scalar> scalar_of_vtk(std::string_view name) {
-  for (const auto& known : vtk_scalars) {
-    if (name == known.name) return known.type;
-  }
-  return std::nullopt;
-}
-
-const char* vtk_name_of(Scalar type) {
-  for (const auto& known : vtk_scalars) {
-    if (type == known.type) return known.name;
-  }
-  return "";
-}
-
 bool unpack_vtk_block(VtkCompressor compressor, Bytes packed, std::span<std::byte> out) {
   switch (compressor) {
     case VtkCompressor::none:
@@ -369,20 +345,6 @@ Result<Array> read_data_array(const VtkXml& xml, pugi::xml_node node, const std:
                                 std::to_string(array.tuple_size()) + " bytes");
   }
   return array;
-}
-
-std::vector<std::string> split_texts(Bytes bytes) {
-  std::vector<std::string> texts;
-  std::string current;
-  for (const std::byte byte : bytes) {
-    if (byte == std::byte{0}) {
-      texts.push_back(std::exchange(current, {}));
-    } else {
-      current += static_cast<char>(byte);
-    }
-  }
-  if (!current.empty()) texts.push_back(std::move(current));
-  return texts;
 }
 
 Result<std::vector<std::string>> read_string_array(const VtkXml& xml, pugi::xml_node node,

@@ -1,6 +1,5 @@
 #include "io/vtk/vtk_xml_reader.h"
 
-#include "base/bytes.h"
 #include "io/buffered_writer.h"
 
 namespace maille {
@@ -15,12 +14,6 @@ Role role_of_name(std::string_view name) {
 
 }  // namespace
 
-// Negative numbers wrap to large ones, which are above the number of any label.
-uint64_t integer_at(const Array& array, size_t i) {
-  const std::byte* at = array.bytes.data() + i * size_of(array.type);
-  return with_type(array.type, [&](auto zero) { return static_cast<uint64_t>(load<decltype(zero)>(at)); });
-}
-
 // A mark of our own says exactly what an array was; of other programs' files the active attributes of VTK
 // tell as much as they can.
 Role vtk_role_of(const Array& array, pugi::xml_node data, pugi::xml_node node) {
@@ -34,45 +27,6 @@ Role vtk_role_of(const Array& array, pugi::xml_node data, pugi::xml_node node) {
   if (active("Tangents")) return Role::tangent;
   const bool colours = array.type == Scalar::u8 && (array.components == 3 || array.components == 4);
   return active("Scalars") && colours ? Role::colour : Role::none;
-}
-
-void VtkFieldData::give_labels(Array& array) {
-  if (array.role == Role::label) array.labels = take_strings(array.name + "_labels");
-}
-
-// What is taken is gone: the rest becomes arrays and metadata of the mesh (move_to()).
-std::vector<std::string> VtkFieldData::take_strings(const std::string& name) {
-  for (auto found = strings.begin(); found != strings.end(); ++found) {
-    if (found->name != name) continue;
-    std::vector<std::string> values = std::move(found->values);
-    strings.erase(found);
-    return values;
-  }
-  return {};
-}
-
-std::optional<Array> VtkFieldData::take_array(const std::string& name) {
-  for (auto found = arrays.begin(); found != arrays.end(); ++found) {
-    if (found->name != name) continue;
-    Array array = std::move(*found);
-    arrays.erase(found);
-    return array;
-  }
-  return std::nullopt;
-}
-
-void VtkFieldData::move_to(Mesh& mesh, VtkTexts& texts) {
-  for (Array& array : arrays) mesh.arrays.push_back(std::move(array));
-  for (Strings& text : strings) {
-    if (text.values.size() != 1) {
-      mesh.arrays.push_back(texts.numbers(text.name, Domain::mesh, 1, text.values));
-      continue;
-    }
-    if (!text.own) texts.add_metadata(text.name);
-    mesh.metadata.emplace_back(std::move(text.name), std::move(text.values[0]));
-  }
-  arrays.clear();
-  strings.clear();
 }
 
 bool is_own_text(const pugi::xml_node& node) {
@@ -112,16 +66,6 @@ Result<VtkFieldData> read_vtk_field_data(const VtkXml& xml, pugi::xml_node data_
     }
   }
   return field;
-}
-
-void check_vtk_corner_arrays(Mesh& mesh, std::vector<std::string>& notes) {
-  for (Array& array : mesh.arrays) {
-    if (array.domain == Domain::corner && array.count() != mesh.corner_count()) {
-      notes.push_back("array \"" + array.name +
-                      "\" says it is on corners, but has another size; it is kept on the mesh");
-      array.domain = Domain::mesh;
-    }
-  }
 }
 
 }  // namespace maille

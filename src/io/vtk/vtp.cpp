@@ -5,7 +5,6 @@
 
 #include "base/bytes.h"
 #include "io/buffered_writer.h"
-#include "io/format.h"
 #include "io/reading.h"
 #include "io/vtk/vtk_xml_reader.h"
 
@@ -332,23 +331,12 @@ Result<ReadResult> VtpReader::read() {
   return ReadResult{std::move(mesh_), std::move(notes_)};
 }
 
-bool recognise_vtp(Bytes first_bytes) {
-  const std::string_view text(reinterpret_cast<const char*>(first_bytes.data()), first_bytes.size());
-  return text.find("<VTKFile") != std::string_view::npos && text.find("PolyData") != std::string_view::npos;
-}
-
 }  // namespace
 
 Result<ReadResult> read_vtp(const Source& source, const ReadOptions& options) {
   const InputBytes input = MAILLE_TRY(InputBytes::load(source));
   VtkXml xml = MAILLE_TRY(parse_vtk_xml(input.bytes(), source.name(), {"PolyData"}));
   return VtpReader(std::move(xml), input.bytes().size(), options).read();
-}
-
-const Format& vtp_format() {
-  static const Format format{
-      {"vtp", {".vtp"}, "VTK XML PolyData", false}, recognise_vtp, read_vtp, write_vtp};
-  return format;
 }
 
 }  // namespace maille

@@ -8,7 +8,6 @@
 #include "io/beside.h"
 #include "io/buffered_writer.h"
 #include "io/cell_store.h"
-#include "io/format.h"
 #include "io/reading.h"
 #include "io/vtk/joined_parts.h"
 #include "io/vtk/part_cells.h"
@@ -264,12 +263,6 @@ Result<ReadResult> read_files(const std::string& name, std::span<const std::stri
   return reader.finish();
 }
 
-bool recognise_vtu(Bytes first_bytes) {
-  const std::string_view text(reinterpret_cast<const char*>(first_bytes.data()), first_bytes.size());
-  return text.find("<VTKFile") != std::string_view::npos &&
-         text.find("UnstructuredGrid") != std::string_view::npos;
-}
-
 }  // namespace
 
 Result<ReadResult> read_vtu(const Source& source, const ReadOptions& options) {
@@ -294,15 +287,6 @@ Result<ReadResult> read_parts(std::span<const std::string> paths, const ReadOpti
                               CellKeys* apart) {
   if (paths.empty()) return ReadResult();
   return read_files(paths[0], paths, apart, options);
-}
-
-const Format& vtu_format() {
-  static const Format format{
-      {"vtu", {".vtu", ".pvtu"}, "VTK XML UnstructuredGrid, also in parallel (pvtu)", false},
-      recognise_vtu,
-      read_vtu,
-      write_vtu};
-  return format;
 }
 
 }  // namespace maille

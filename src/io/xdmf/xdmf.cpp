@@ -12,7 +12,6 @@
 
 #include "io/beside.h"
 #include "io/cell_store.h"
-#include "io/format.h"
 #include "io/hdf5/hdf5_file.h"
 #include "io/numbers.h"
 #include "io/reading.h"
@@ -425,20 +424,11 @@ Result<ReadResult> read_with_step(const Source& source, const ReadOptions& optio
   return reader.read(step);
 }
 
+}  // namespace
+
 Result<ReadResult> read_xdmf(const Source& source, const ReadOptions& options) {
   return read_with_step(source, options, std::nullopt);
 }
-
-Result<std::vector<std::string>> write_xdmf(const Mesh&, Sink& sink, const WriteOptions&) {
-  return failure(ErrorCode::usage, sink.name() + ": XDMF files cannot be written; write .vtu");
-}
-
-bool recognise_xdmf(Bytes bytes) {
-  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  return text.find("<Xdmf") != std::string_view::npos;
-}
-
-}  // namespace
 
 Result<ReadResult> read_xdmf_step(const Source& source, const ReadOptions& options, uint64_t step) {
   return read_with_step(source, options, step);
@@ -449,18 +439,6 @@ Result<std::vector<double>> xdmf_times(const Source& source) {
   XdmfReader reader(source, options);
   MAILLE_CHECK(reader.parse());
   return reader.times();
-}
-
-const Format& xdmf_format() {
-  static const Format format{{"xdmf",
-                              {".xdmf", ".xmf"},
-                              "XDMF with values in XML or HDF5: uniform grids; reading only",
-                              true,
-                              false},
-                             recognise_xdmf,
-                             read_xdmf,
-                             write_xdmf};
-  return format;
 }
 
 }  // namespace maille
