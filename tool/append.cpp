@@ -274,7 +274,8 @@ uint64_t bytes_of_files(const std::vector<Step>& steps) {
     const uint64_t size = folder ? bytes_of_folder(step.path) : std::filesystem::file_size(step.path, error);
     // Several steps may be in one file, which counts once.
     if (paths.insert(step.path).second && !error) bytes += size;
-    if (folder && paths.size() == 1) bytes += bytes_of_case(std::filesystem::path(step.path).parent_path());
+    if (folder && paths.size() == 1)
+      bytes += bytes_of_case(std::filesystem::path(step.path).parent_path().string());
   }
   return bytes;
 }

@@ -51,10 +51,10 @@ std::vector<std::string> files_below(const std::string& folder,
     if (path.filename().string().starts_with(".")) {
       if (is_folder) each.disable_recursion_pending();
     } else if (is_folder && is_case(path)) {
-      found.push_back(path.string());
+      found.push_back(path.generic_string());
       each.disable_recursion_pending();
     } else if (!is_folder && is_wanted(path.string())) {
-      found.push_back(path.string());
+      found.push_back(path.generic_string());
     }
   }
   // The system lists folders in any order; users and tests want one.
@@ -82,7 +82,8 @@ Result<std::vector<Found>> find_inputs(const Batch& batch,
     const std::vector<std::string> below = files_below(name, is_wanted);
     if (below.empty())
       return failure(ErrorCode::usage, name + ": this folder holds no file that the verb takes");
-    for (const std::string& path : below) all.push_back({path, fs::path(path).lexically_relative(name)});
+    for (const std::string& path : below)
+      all.push_back({path, fs::path(path).lexically_relative(name).generic_string()});
   }
   return all;
 }
@@ -96,7 +97,8 @@ Result<std::vector<BatchItem>> items_of(const Batch& batch,
   std::map<std::string, size_t> uses;
   for (const Found& each : found) {
     const bool beside = batch.output_folder.empty();
-    const std::string whole = beside ? each.input : (fs::path(batch.output_folder) / each.place).string();
+    const std::string whole =
+        beside ? each.input : (fs::path(batch.output_folder) / each.place).generic_string();
     items.push_back({each.input, with_extension(whole, "")});
     ++uses[items.back().stem];
   }

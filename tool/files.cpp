@@ -4,20 +4,22 @@
 #include <maille/decode.h>
 #include <maille/file.h>
 #include <maille/io.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cstring>
-#include <optional>
+#include <filesystem>
 
 #include "result.h"
+#include "system.h"
 #include "text.h"
 
 namespace maille::tool {
 
 namespace {
+
+namespace fs = std::filesystem;
 
 bool ends_with(const std::string& text, const std::string& end) {
   return text.size() > end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
@@ -41,21 +43,20 @@ std::string extension_of(const std::string& path) {
   return dot == std::string::npos || dot <= name ? "" : path.substr(dot);
 }
 
-std::optional<struct stat> status_of(const std::string& path) {
-  struct stat status = {};
-  if (stat(path.c_str(), &status) != 0) return std::nullopt;
-  return status;
+bool exists(const std::string& path) {
+  std::error_code error;
+  return fs::exists(path, error);
 }
 
 bool is_folder(const std::string& path) {
-  const auto status = status_of(path);
-  return status && S_ISDIR(status->st_mode);
+  std::error_code error;
+  return fs::is_directory(path, error);
 }
 
 // A terminal is refused, as it would wait for somebody to type a mesh.
 Result<std::unique_ptr<Source>> open_source(const std::string& path, uint64_t fetch_limit) {
   if (path == "-") {
-    if (isatty(STDIN_FILENO) == 1) {
+    if (isatty(STDIN_FILENO) != 0) {
       return failure(ErrorCode::usage, "standard input is a terminal; name a file or pipe one in");
     }
     return stdin_source();
@@ -193,18 +194,16 @@ Threads::Threads(unsigned count) : executor_(&serial_executor()) {
 
 namespace {
 
-/// Two paths are the same file if device and inode are the same, which sees through links and mounts.
-/// Character devices are exempt: /dev/null may be both input and output.
-Result<> check_existing(const OutputRequest& request, const struct stat& status) {
-  const auto input = status_of(request.input);
-  if (input && input->st_dev == status.st_dev && input->st_ino == status.st_ino && !S_ISCHR(status.st_mode)) {
+Result<> check_existing(const OutputRequest& request) {
+  if (is_same_file(request.input, request.path)) {
     return failure(ErrorCode::usage,
                    fmt::format("{}: output and input are the same file; name another output", request.path));
   }
-  if (S_ISDIR(status.st_mode)) {
+  if (is_folder(request.path)) {
     return failure(ErrorCode::write_failed, fmt::format("{}: is a folder; name a file in it", request.path));
   }
-  if (S_ISREG(status.st_mode) && !request.force) {
+  std::error_code error;
+  if (fs::is_regular_file(request.path, error) && !request.force) {
     return failure(ErrorCode::usage, fmt::format("{}: exists already; -f overwrites it", request.path));
   }
   return {};
@@ -214,17 +213,14 @@ Result<> check_folder(const OutputRequest& request) {
   if (request.path == "-" || request.path.empty())
     return failure(ErrorCode::usage, "a polyMesh is a folder of files; name a folder to write it to");
   const std::string folder = polymesh_folder(request.path);
-  const auto status = status_of(folder);
-  if (!status) return {};
-  const auto input = is_folder(request.input) ? status_of(polymesh_folder(request.input)) : std::nullopt;
-  if (input && input->st_dev == status->st_dev && input->st_ino == status->st_ino) {
+  if (is_folder(request.input) && is_same_file(polymesh_folder(request.input), folder)) {
     return failure(ErrorCode::usage,
                    fmt::format("{}: output and input are the same mesh; name another output", request.path));
   }
   // The files that are replaced. A folder without any of them may hold what it likes, such as fields.
   for (const char* name : {"points", "faces", "owner", "neighbour", "boundary"}) {
     const std::string file = folder + "/" + name;
-    if (!request.force && (status_of(file) || status_of(file + ".gz"))) {
+    if (!request.force && (exists(file) || exists(file + ".gz"))) {
       return failure(ErrorCode::usage, fmt::format("{}: holds a mesh already; -f overwrites it", folder));
     }
   }
@@ -243,14 +239,13 @@ Result<> check_json_output(const CommonOptions& common, const std::string& outpu
 Result<> check_output(const OutputRequest& request) {
   if (request.folder) return check_folder(request);
   if (request.path == "-") {
-    if (request.binary && !request.force && isatty(STDOUT_FILENO) == 1) {
+    if (request.binary && !request.force && isatty(STDOUT_FILENO) != 0) {
       return failure(ErrorCode::usage,
                      "standard output is a terminal; name an output file, pipe the output, or use -f");
     }
     return {};
   }
-  const auto status = status_of(request.path);
-  return status ? check_existing(request, *status) : Result<>();
+  return check_existing(request);
 }
 
 Result<std::unique_ptr<Sink>> open_output(const OutputRequest& request) {

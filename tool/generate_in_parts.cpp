@@ -8,6 +8,7 @@
 #include "files.h"
 #include "in_parts.h"
 #include "result.h"
+#include "system.h"
 #include "text.h"
 
 namespace maille::tool {

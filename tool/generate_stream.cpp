@@ -9,6 +9,7 @@
 
 #include "in_parts.h"
 #include "result.h"
+#include "system.h"
 
 namespace maille::tool {
 

@@ -3,11 +3,7 @@
 #include <fmt/format.h>
 #include <maille/io.h>
 #include <maille/surface_source.h>
-#include <sys/stat.h>
 #include <unistd.h>
-#ifdef __GLIBC__
-#include <malloc.h>
-#endif
 
 #include <algorithm>
 #include <cstdlib>
@@ -17,11 +13,14 @@
 #include "files.h"
 #include "result.h"
 #include "summary.h"
+#include "system.h"
 #include "text.h"
 
 namespace maille::tool {
 
 namespace {
+
+namespace fs = std::filesystem;
 
 /// Meshes below this size are ordered in memory, which finds a slightly better order. The limit is chosen,
 /// not swept.
@@ -64,8 +63,8 @@ WorkingSpace space_for(const CommonOptions& common, const std::string& output, b
 }
 
 bool is_regular(const std::string& path) {
-  struct stat status = {};
-  return stat(path.c_str(), &status) == 0 && S_ISREG(status.st_mode);
+  std::error_code error;
+  return fs::is_regular_file(path, error);
 }
 
 // Estimated, not measured. As doubles, since counts of a damaged file may be anything.
@@ -81,7 +80,6 @@ std::optional<uint64_t> cells_of_piece(const std::string& pieces) {
 }
 
 uint64_t bytes_of_case(const std::string& path) {
-  namespace fs = std::filesystem;
   std::error_code error;
   fs::path folder = fs::is_directory(path, error) ? fs::path(path) : fs::path(path).parent_path();
   for (const char* inside : {"constant/polyMesh", "polyMesh"}) {
@@ -166,16 +164,6 @@ Result<std::optional<InputInParts>> open_surface_in_parts(const CompressOptions&
 
 }  // namespace
 
-// By default, glibc raises the size from which it takes memory directly from the system whenever such memory
-// is freed. Setting the threshold ends that.
-void keep_memory_small() {
-#ifdef __GLIBC__
-  constexpr int large = 64 << 10;
-  mallopt(M_MMAP_THRESHOLD, large);
-  mallopt(M_TRIM_THRESHOLD, 2 * large);
-#endif
-}
-
 Result<> check_memory(const Mesh& mesh, Mode mode, const CommonOptions& common, const std::string& name) {
   if (mode != Mode::random) return {};
   const uint64_t needed = random_bytes_of_face * mesh.cell_count();
@@ -192,11 +180,10 @@ namespace {
 
 /// An open file without a name.
 Result<std::unique_ptr<Source>> written_to_vtu(const Mesh& mesh, const std::string& folder) {
-  std::string path = (folder.empty() ? "/tmp" : folder) + "/maille-XXXXXX.vtu";
+  std::error_code error;
+  const std::string place = folder.empty() ? fs::temp_directory_path(error).string() : folder;
   // A name is needed, as file_sink() writes by name; it is removed as soon as the file is open for reading.
-  const int file = ::mkstemps(path.data(), 4);
-  if (file < 0) return failure(ErrorCode::write_failed, path + ": " + std::strerror(errno));
-  ::close(file);
+  const std::string path = TOOL_TRY(make_empty_file(place + "/maille-", ".vtu"));
   const auto write = [&]() -> Result<std::unique_ptr<Source>> {
     const auto sink = TOOL_TRY(file_sink(path));
     TOOL_TRY(write_mesh(mesh, *sink, {.format = "vtu"}));
@@ -204,7 +191,7 @@ Result<std::unique_ptr<Source>> written_to_vtu(const Mesh& mesh, const std::stri
     return unmapped_source(path);
   };
   auto source = write();
-  ::unlink(path.c_str());
+  fs::remove(path, error);
   return source;
 }
 
@@ -313,8 +300,8 @@ Result<EncodeReport> compress_in_parts(InputInParts& input, Sink& sink, const En
 
 bool can_write_in_parts(const std::string& format, const std::string& output, bool ascii) {
   if (format == "polymesh") return output != "-";
-  struct stat status = {};
-  const bool special = stat(output.c_str(), &status) == 0 && !S_ISREG(status.st_mode);
+  std::error_code error;
+  const bool special = fs::exists(output, error) && !is_regular(output);
   return ((format == "vtu" && !ascii) || format == "msh") && output != "-" && !special;
 }
 

@@ -12,10 +12,6 @@
 // Meshes larger than memory: read, compressed and written in parts.
 namespace maille::tool {
 
-/// Before work in parts. What memory is for is a few tables that grow with the front, and are twice as large
-/// each time: those that are left go back to the system at once, instead of waiting for something as large.
-void keep_memory_small();
-
 /// A mesh that compress can read in parts: a volume, or a surface for mode random.
 struct InputInParts {
   std::unique_ptr<Source> source;

@@ -23,7 +23,7 @@ constexpr double refresh_seconds = 0.5;
 enum class Look { none, line, lines, json };
 
 Look look_of(ProgressStyle style, bool quiet) {
-  const bool terminal = isatty(STDERR_FILENO) == 1;
+  const bool terminal = isatty(STDERR_FILENO) != 0;
   switch (style) {
     case ProgressStyle::automatic:
       return terminal && !quiet ? Look::line : Look::none;

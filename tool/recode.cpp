@@ -7,6 +7,7 @@
 
 #include "in_parts.h"
 #include "result.h"
+#include "system.h"
 
 namespace maille::tool {
 
@@ -43,7 +44,7 @@ Result<std::optional<InputStream>> open_stream(const std::string& path, const Co
                                                Executor* executor, std::vector<std::byte>& begin) {
   const StreamReadOptions reading{.limits = {common.memory}, .executor = executor};
   if (path == "-") {
-    if (isatty(STDIN_FILENO) == 1) return std::nullopt;
+    if (isatty(STDIN_FILENO) != 0) return std::nullopt;
     auto input = std::make_unique<RecordedStdin>(&begin);
     const auto recording = input->recording();
     auto bytes = input->bytes();

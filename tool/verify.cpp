@@ -13,6 +13,7 @@
 #include "recode.h"
 #include "result.h"
 #include "summary.h"
+#include "system.h"
 #include "text.h"
 #include "verbs.h"
 #include "verdict.h"
