@@ -81,7 +81,7 @@ Result<LoadedMesh> load_step(const Step& step, const AppendOptions& options, std
     if (said.insert(note).second && *step.number > 0) notes.push_back(note);
   }
   say_notes(input_name(step.path), notes, options.common.quiet);
-  return LoadedMesh{std::move(read.mesh), std::move(read.notes)};
+  return LoadedMesh{std::move(read.mesh), std::move(read.notes), std::move(read.files_beside)};
 }
 
 Result<FileInfo> inspect_stream(const std::string& path, const Source& file) {
@@ -186,6 +186,7 @@ void note_known_time(const AppendOptions& options, const std::vector<StreamStep>
 /// What steps had so far.
 struct Met {
   std::set<std::string> arrays, said;  ///< names; notes
+  std::set<std::string> files_beside;
 };
 
 /// A step has arrays of points and cells: an array of the mesh as a whole, but its time, stays as it is in
@@ -217,6 +218,7 @@ Result<Appended> append_one(const AppendOptions& options, const Step& step, cons
   {
     ProgressDisplay progress(options.common.progress, options.common.quiet);
     LoadedMesh loaded = TOOL_TRY(load_step(step, options, met.said, progress));
+    met.files_beside.insert(loaded.files_beside.begin(), loaded.files_beside.end());
     TOOL_CHECK(select_arrays(options.quality.arrays, loaded.mesh, input_name(step.path)));
     // Of a case fields may be there at some times only: append_series() looks at the end.
     Tolerances found = tolerances;
@@ -265,7 +267,7 @@ Result<> tell(const AppendOptions& options, const Step& step, const Appended& do
   return {};
 }
 
-uint64_t bytes_of_files(const std::vector<Step>& steps) {
+uint64_t bytes_of_steps(const std::vector<Step>& steps) {
   std::set<std::string> paths;
   uint64_t bytes = 0;
   for (const Step& step : steps) {
@@ -285,7 +287,6 @@ Result<AppendedSteps> append_series(const AppendOptions& options, const std::str
   const Tolerances tolerances = TOOL_TRY(parse_tolerances(options.quality));
   const std::vector<Step> steps = TOOL_TRY(all_steps(options));
   AppendedSteps all;
-  all.input_bytes = bytes_of_files(steps);
   Met met;
   for (const Step& step : steps) {
     const Appended done = TOOL_TRY(append_one(options, step, tolerances, met));
@@ -296,6 +297,7 @@ Result<AppendedSteps> append_series(const AppendOptions& options, const std::str
     telling.file = output;
     if (options.common.verbose) TOOL_CHECK(tell(telling, step, done));
   }
+  all.input_bytes = bytes_of_steps(steps) + bytes_of_files(met.files_beside);
   for (const auto& [name, bound] : tolerances.arrays) {
     if (met.arrays.count(name) == 0)
       return failure(ErrorCode::usage,
@@ -338,7 +340,7 @@ bool is_series(const std::string& path) {
   return steps && steps->size() > 1;
 }
 
-Result<int> compress_series(CompressOptions options) {
+Result<uint64_t> compress_series(CompressOptions options) {
   std::string list = options.input;
   while (list.size() > 1 && list.back() == '/') list.pop_back();
   const std::vector<SeriesEntry> series = TOOL_TRY(read_series(list));

@@ -111,13 +111,6 @@ Result<std::vector<BatchItem>> items_of(const Batch& batch,
 
 namespace {
 
-uint64_t size_of_file(const std::string& path) {
-  std::error_code error;
-  if (fs::is_directory(path, error)) return bytes_of_case(path);
-  const uint64_t size = fs::file_size(path, error);
-  return error ? 0 : size;
-}
-
 struct Totals {
   uint64_t done = 0, input_bytes = 0, output_bytes = 0;
 };
@@ -160,8 +153,9 @@ int run_batch(const std::vector<BatchItem>& items, const CommonOptions& common,
       continue;
     }
     ++totals.done;
-    totals.input_bytes += size_of_file(item.input);
-    totals.output_bytes += size_of_file(answer->output);
+    std::error_code ignored;
+    totals.input_bytes += answer->input_bytes;
+    totals.output_bytes += bytes_of_output(answer->output, fs::is_directory(answer->output, ignored));
   }
   if (!common.quiet && !common.json) say_totals(totals, failures, whole.seconds());
   return worst;

@@ -34,6 +34,7 @@ Result<std::vector<BatchItem>> items_of(const Batch& batch,
 struct BatchAnswer {
   int code = 0;
   std::string output;
+  uint64_t input_bytes = 0;  ///< of the file and of those that it names
 };
 int run_batch(const std::vector<BatchItem>& items, const CommonOptions& common,
               const std::function<Result<BatchAnswer>(const BatchItem&)>& run_one);

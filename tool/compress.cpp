@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <maille/encode.h>
-#include <maille/parts.h>
 #include <maille/version.h>
 #include <unistd.h>
 
@@ -187,20 +186,6 @@ Result<Compressed> compress_spooled(InputStream& input, const CompressOptions& o
   return compress_parts(parts, options, tolerances, output);
 }
 
-/// Of a folder, which has none of its own, those of the files in it; of a file that names others, theirs,
-/// too.
-uint64_t input_bytes(const Input& input) {
-  if (input.source->size() == 0 && !is_regular(input.path) && input.path != "-")
-    return bytes_of_case(input.path);
-  uint64_t bytes = input.source->size();
-  std::error_code error;
-  for (const std::string& part : parts_of_mesh(input.path).value_or(std::vector<std::string>())) {
-    const uint64_t size = std::filesystem::file_size(part, error);
-    if (!error) bytes += size;
-  }
-  return bytes;
-}
-
 /// Compresses a mesh that is held in memory, which is the usual way.
 Result<Compressed> compress_whole(const Input& input, const CompressOptions& options, Tolerances asked,
                                   const std::string& output) {
@@ -239,7 +224,7 @@ Result<Compressed> compress_whole(const Input& input, const CompressOptions& opt
   EncodeReport report = TOOL_TRY(encode(loaded.mesh, *sink, encoding));
   progress.clear();
   step.done(options.common.verbose, "compressing");
-  return Compressed{std::move(report), input_bytes(input), volume ? "cell" : "face"};
+  return Compressed{std::move(report), bytes_of_input(input, loaded.files_beside), volume ? "cell" : "face"};
 }
 
 /// What is known of a .maille file of mode stream, which unlike a pipe can be read twice. What is wrong with
@@ -299,7 +284,7 @@ Result<Compressed> compress(const CompressOptions& options, const Tolerances& to
 
 namespace {
 
-Result<int> compress_any(const CompressOptions& options) {
+Result<uint64_t> compress_any(const CompressOptions& options) {
   if (names_compressed_gltf(options.output)) return compress_to_gltf(options);
   return is_series(options.input) ? compress_series(options) : compress_one(options);
 }
@@ -314,15 +299,17 @@ Result<int> compress_all(const CompressOptions& options) {
     one.input = item.input;
     one.output = item.stem + ".maille";
     one.brief = true;
-    const int code = TOOL_TRY(compress_any(one));
-    return BatchAnswer{code, one.output};
+    const uint64_t input_bytes = TOOL_TRY(compress_any(one));
+    return BatchAnswer{0, one.output, input_bytes};
   });
 }
 
 }  // namespace
 
 Result<int> run(const CompressOptions& options) {
-  return options.batch.inputs.empty() ? compress_any(options) : compress_all(options);
+  if (!options.batch.inputs.empty()) return compress_all(options);
+  TOOL_CHECK(compress_any(options));
+  return 0;
 }
 
 namespace {
@@ -357,7 +344,7 @@ Result<Compressed> compress_with_steps(CompressOptions options, const Tolerances
 
 }  // namespace
 
-Result<int> compress_one(const CompressOptions& options, const Series* series) {
+Result<uint64_t> compress_one(const CompressOptions& options, const Series* series) {
   const Stopwatch whole;
   std::string output = options.output;
   if (output.empty()) output = options.input == "-" ? "-" : with_extension(options.input, ".maille");
@@ -367,7 +354,7 @@ Result<int> compress_one(const CompressOptions& options, const Series* series) {
                                           : compress(options, tolerances, output));
   TOOL_CHECK(
       report(options, done, input_name(series ? series->name : options.input), output, whole.seconds()));
-  return 0;
+  return done.input_bytes;
 }
 
 }  // namespace maille::tool

@@ -24,7 +24,7 @@ struct Series {
 };
 
 /// compress of one mesh, also where the input has several steps of time. With a series its steps are appended
-/// before the file appears under its name.
-Result<int> compress_one(const CompressOptions& options, const Series* series = nullptr);
+/// before the file appears under its name. The value: bytes of all files of the input, as of the other two.
+Result<uint64_t> compress_one(const CompressOptions& options, const Series* series = nullptr);
 
 }  // namespace maille::tool

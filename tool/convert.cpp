@@ -4,6 +4,7 @@
 
 #include "files.h"
 #include "gltf.h"
+#include "in_parts.h"
 #include "result.h"
 #include "summary.h"
 #include "text.h"
@@ -74,7 +75,7 @@ Result<int> run(const ConvertOptions& options) {
     say_notes(input_name(options.input), notes_of_steps(TOOL_TRY(inspect(*input.source))),
               options.common.quiet);
   say_notes(output_name(options.output), notes, options.common.quiet);
-  TOOL_CHECK(report(options, loaded.mesh, input.source->size(), sink.count(), notes));
+  TOOL_CHECK(report(options, loaded.mesh, bytes_of_input(input, loaded.files_beside), sink.count(), notes));
   return 0;
 }
 

@@ -272,7 +272,7 @@ Result<int> decompress_all(const DecompressOptions& options) {
     const Input input = TOOL_TRY(open_maille(item.input));
     one.output = item.stem + TOOL_TRY(usual_extension(input, options.output_format));
     const int code = TOOL_TRY(decompress_one(one));
-    return BatchAnswer{code, one.output};
+    return BatchAnswer{code, one.output, input.source->size()};
   });
 }
 

@@ -170,7 +170,7 @@ Result<LoadedMesh> load_quietly(const Input& input, const CommonOptions& common,
   }
   const ReadOptions options{.format = input.format, .limits = limits, .progress = watch};
   ReadResult result = TOOL_TRY(read_mesh(*input.source, options));
-  return LoadedMesh{std::move(result.mesh), std::move(result.notes)};
+  return LoadedMesh{std::move(result.mesh), std::move(result.notes), std::move(result.files_beside)};
 }
 
 }  // namespace

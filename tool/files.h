@@ -55,6 +55,7 @@ std::string fetched_text(const Input& input);
 struct LoadedMesh {
   Mesh mesh;
   std::vector<std::string> notes;
+  std::vector<std::string> files_beside = {};  ///< as in ReadResult
 };
 
 /// Reads a mesh of any format, .maille included; prints the notes and, with -v, the time.

@@ -82,7 +82,7 @@ bool names_compressed_gltf(const std::string& path) {
   return name.ends_with(".maille.glb") || name.ends_with(".maille.gltf");
 }
 
-Result<int> compress_to_gltf(const CompressOptions& options) {
+Result<uint64_t> compress_to_gltf(const CompressOptions& options) {
   const Stopwatch whole;
   TOOL_CHECK(check_gltf_options(options));
   const Tolerances asked = TOOL_TRY(parse_tolerances(options));
@@ -114,7 +114,7 @@ Result<int> compress_to_gltf(const CompressOptions& options) {
   const GltfReport done = TOOL_TRY(compress_gltf(*input.source, *sink, compressing));
   progress.clear();
   TOOL_CHECK(tell(done, options.common, input_name(options.input), options.output, whole.seconds(), true));
-  return 0;
+  return done.input_bytes;
 }
 
 Result<std::vector<GltfPart>> parts_of_gltf(const Input& input) {

@@ -15,7 +15,7 @@ namespace maille::tool {
 /// Whether compress is to keep the rest of the asset: "model.maille.glb". A plain "model.glb" is more likely
 /// a second input.
 bool names_compressed_gltf(const std::string& path);
-Result<int> compress_to_gltf(const CompressOptions& options);
+Result<uint64_t> compress_to_gltf(const CompressOptions& options);
 
 /// The .maille files of a glTF file. Nothing where it is no glTF file, or one without them.
 Result<std::vector<GltfPart>> parts_of_gltf(const Input& input);

@@ -90,9 +90,25 @@ uint64_t bytes_of_case(const std::string& path) {
   return bytes_of_folder(folder.empty() ? "." : folder.string());
 }
 
+uint64_t bytes_of_input(const Input& input, const std::vector<std::string>& files_beside) {
+  // A folder is an empty source (open_source()).
+  if (input.source->size() == 0 && !is_regular(input.path) && input.path != "-")
+    return bytes_of_case(input.path);
+  return input.source->size() + bytes_of_files({files_beside.begin(), files_beside.end()});
+}
+
+uint64_t bytes_of_files(const std::set<std::string>& paths) {
+  uint64_t bytes = 0;
+  for (const std::string& path : paths) {
+    std::error_code error;
+    const uint64_t size = std::filesystem::file_size(path, error);
+    if (!error) bytes += size;
+  }
+  return bytes;
+}
+
 uint64_t bytes_of_output(const std::string& path, bool folder) {
-  std::error_code error;
-  return folder ? bytes_of_case(path) : std::filesystem::file_size(path, error);
+  return folder ? bytes_of_case(path) : bytes_of_files({path});
 }
 
 uint64_t bytes_of_folder(const std::string& path) {

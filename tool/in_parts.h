@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 
 #include "files.h"
@@ -36,6 +37,9 @@ std::optional<uint64_t> cells_of_piece(const std::string& pieces);
 
 /// What the files of a mesh of OpenFOAM take, by its folder, a file in it, or its case.
 uint64_t bytes_of_case(const std::string& path);
+/// What the files take that a mesh was read from: one and those that it names, or those of a folder.
+uint64_t bytes_of_input(const Input& input, const std::vector<std::string>& files_beside);
+uint64_t bytes_of_files(const std::set<std::string>& paths);
 /// What was written: a file, or a mesh of OpenFOAM.
 uint64_t bytes_of_output(const std::string& path, bool folder);
 /// The files in a folder, not those in folders below.

@@ -100,8 +100,7 @@ Result<int> run_on_mesh(const InfoOptions& options, const Input& input) {
   const std::string format = input.format.empty()
                                  ? format_of(options.input).value_or(format_of(*input.source).value_or(""))
                                  : input.format;
-  // A folder is an empty source (open_source()); its size is that of the files in it.
-  const uint64_t bytes = input.source->size() > 0 ? input.source->size() : bytes_of_case(options.input);
+  const uint64_t bytes = bytes_of_input(input, loaded.files_beside);
   TOOL_CHECK(answer(options.common.json ? dump(mesh_info_json(loaded.mesh, name, format, bytes))
                                         : mesh_info_text(loaded.mesh, name, format, bytes)));
   return 0;

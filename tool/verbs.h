@@ -33,7 +33,7 @@ Result<int> run(const ProbeOptions& options);
 /// Is it a list of files in time (.pvd), a file with several steps (Exodus, VTKHDF, CGNS, XDMF, EnSight), or
 /// a case of OpenFOAM with several times? compress makes one file of them, its steps appended.
 bool is_series(const std::string& path);
-Result<int> compress_series(CompressOptions options);
+Result<uint64_t> compress_series(CompressOptions options);
 /// A .vtu for each time, and the list of them, a .pvd.
 Result<int> decompress_series(const DecompressOptions& options);
 /// What a VTK file says in its field data, or a case of OpenFOAM by the name of a folder; nothing for others.

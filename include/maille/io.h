@@ -37,6 +37,9 @@ struct ReadResult {
   Mesh mesh;
   /// What a user should know: points welded, an element skipped, indices out of date. Not errors.
   std::vector<std::string> notes;
+  /// Paths of the other files that it names and whose values were read: buffers of a .gltf, values of XDMF
+  /// and EnSight, pieces of a .pvtu. Those of a folder (polyMesh) are not among them.
+  std::vector<std::string> files_beside = {};
 };
 
 /// Reads a mesh from a foreign format. Safe on any input: a mesh for which validate() holds, or

@@ -160,7 +160,10 @@ Result<> EnsightReader::open_files(std::optional<double> time) {
   const auto open = [&](const std::string& file, EnsightSets sets) -> Result<> {
     EnsightPlace place = MAILLE_TRY(case_.place(file_, file, sets, time));
     auto source = MAILLE_TRY(open_beside(file_, place.file));
-    if (counted_files.insert(place.file).second) bytes += source->size();
+    if (counted_files.insert(place.file).second) {
+      bytes += source->size();
+      result_.files_beside.push_back(source->name());
+    }
     files_.push_back({std::move(place), std::move(source)});
     return {};
   };

@@ -33,6 +33,12 @@ struct Part {
   std::string where;  ///< for messages
 };
 
+std::vector<std::string> files_of(const GltfFile& file) {
+  std::vector<std::string> paths;
+  for (const auto& source : file.files) paths.push_back(source->name());
+  return paths;
+}
+
 /// Reads the meshes of the default scene, one block for each primitive. Points of groups are one after the
 /// other; each attribute is an array over all points, zero where a group does not have it. Metadata keep what
 /// nodes say, from which the writer makes the scene again.
@@ -494,7 +500,7 @@ Result<ReadResult> GltfReader::read() {
   MAILLE_CHECK(read_materials());
   keep_metadata();
   MAILLE_CHECK(validate(mesh_));
-  return ReadResult{std::move(mesh_), std::move(notes_)};
+  return ReadResult{std::move(mesh_), std::move(notes_), files_of(file_)};
 }
 
 }  // namespace
@@ -507,7 +513,9 @@ Result<ReadResult> read_gltf(const Source& source, const ReadOptions& options) {
     std::vector<std::byte> plain;
     const auto sink = memory_sink(plain);
     MAILLE_CHECK(decompress_gltf(source, *sink, {.limits = options.limits}));
-    return read_gltf(*memory_source(std::move(plain), source.name()), options);
+    ReadResult result = MAILLE_TRY(read_gltf(*memory_source(std::move(plain), source.name()), options));
+    result.files_beside = files_of(file);
+    return result;
   }
   tinygltf::Model model = MAILLE_TRY(load_gltf_model(file));
   return GltfReader(std::move(file), std::move(model), options).read();

@@ -269,8 +269,12 @@ Result<ReadResult> read_vtu(const Source& source, const ReadOptions& options) {
   const InputBytes input = MAILLE_TRY(InputBytes::load(source));
   const VtkXml xml =
       MAILLE_TRY(parse_vtk_xml(input.bytes(), source.name(), {"UnstructuredGrid", "PUnstructuredGrid"}));
-  if (xml.document.child("VTKFile").child("PUnstructuredGrid"))
-    return read_files(xml.file, MAILLE_TRY(parts_of(xml)), nullptr, options);
+  if (xml.document.child("VTKFile").child("PUnstructuredGrid")) {
+    std::vector<std::string> parts = MAILLE_TRY(parts_of(xml));
+    ReadResult result = MAILLE_TRY(read_files(xml.file, parts, nullptr, options));
+    result.files_beside = std::move(parts);
+    return result;
+  }
   VtuReader reader(source.name(), plausible_bytes(xml, input.bytes().size()), options);
   MAILLE_CHECK(reader.add_file(xml));
   return reader.finish();

@@ -119,7 +119,7 @@ class XdmfReader {
   ZoneFields fields_;
   Mesh mesh_;
   std::set<std::string> left_out_;
-  std::vector<std::string> notes_;
+  std::vector<std::string> notes_, files_beside_;
 };
 
 Result<> XdmfReader::parse() {
@@ -190,6 +190,7 @@ Result<> XdmfReader::make_budget() {
       if (lower(item.attribute("Format").value()) != "hdf" || !files.insert(file).second) continue;
       const auto opened = MAILLE_TRY(open_beside(source_.name(), file));
       bytes += opened->size() > UINT64_MAX / 32 ? 0 : 16 * opened->size();  // packed by deflate, as VTKHDF
+      files_beside_.push_back(opened->name());
     }
     return {};
   };
@@ -414,7 +415,7 @@ Result<ReadResult> XdmfReader::read(std::optional<uint64_t> step) {
                      " time steps");
   for (const std::string& what : left_out_) notes_.push_back(what + " left out");
   mesh_.blocks = shapes_.take(cells_);
-  return ReadResult{std::move(mesh_), std::move(notes_)};
+  return ReadResult{std::move(mesh_), std::move(notes_), std::move(files_beside_)};
 }
 
 Result<ReadResult> read_with_step(const Source& source, const ReadOptions& options,

@@ -60,6 +60,8 @@ TEST(Xdmf, ValuesInHdf5AreTheSame) {
   if (!hdf5 && hdf5.error().code == ErrorCode::unsupported) GTEST_SKIP() << hdf5.error().message;
   ASSERT_TRUE(text && hdf5);
   expect_same_mesh(text->mesh, hdf5->mesh);
+  EXPECT_THAT(text->files_beside, ElementsAre());
+  EXPECT_THAT(hdf5->files_beside, ElementsAre(sample_path("xdmf/mixed_hdf.h5")));
 }
 
 TEST(Xdmf, StepsShareAMeshByXInclude) {
