@@ -210,6 +210,18 @@ Result<> note_mesh_arrays(const AppendOptions& options, const Step& step, const 
   return {};
 }
 
+/// A step that says nothing new was probably appended by mistake.
+void note_repeated(const AppendOptions& options, const Step& step, const StepReport& done) {
+  const std::vector<uint64_t>& bytes = done.array_bytes;
+  if (bytes.empty() || std::any_of(bytes.begin(), bytes.end(), [](uint64_t each) { return each > 0; }))
+    return;
+  say_notes(input_name(step.path),
+            {fmt::format("all its values are those of the mesh or of the step before; if it was appended by "
+                         "mistake, `maille append --remove-last {}` takes it away",
+                         options.file)},
+            options.common.quiet);
+}
+
 /// Appends one step as a whole, so a series that is interrupted keeps the steps before.
 Result<Appended> append_one(const AppendOptions& options, const Step& step, const Tolerances& tolerances,
                             Met& met) {
@@ -306,6 +318,27 @@ Result<AppendedSteps> append_series(const AppendOptions& options, const std::str
   return all;
 }
 
+Result<int> remove_last(const AppendOptions& options) {
+  std::vector<StreamStep> steps;
+  {
+    const Input file = TOOL_TRY(open_maille(options.file));
+    TOOL_TRY(inspect_stream(options.file, *file.source));
+    steps = TOOL_TRY(list_steps(*file.source));
+  }
+  const StepReport left = TOOL_TRY(remove_last_step(options.file));
+  const double time = steps.size() == left.number ? steps.back().time : 0;
+  if (options.common.json) {
+    TOOL_CHECK(answer(dump({{"file", options.file},
+                            {"removed_step", left.number},
+                            {"time", time},
+                            {"file_bytes", left.file_bytes}})));
+  } else if (!options.common.quiet) {
+    say(fmt::format("{}: step {} at time {} removed; {} left", options.file, left.number, time,
+                    human_bytes(static_cast<double>(left.file_bytes))));
+  }
+  return 0;
+}
+
 }  // namespace
 
 Result<int> run(const AppendOptions& options) {
@@ -317,9 +350,13 @@ Result<int> run(const AppendOptions& options) {
   if (tolerances.positions) {
     return failure(ErrorCode::usage, "append: a step has no positions; bounds are of arrays, NAME=X");
   }
+  if (options.remove_last) return remove_last(options);
+  if (options.steps.empty())
+    return failure(ErrorCode::usage, "append: name the STEP, a mesh with the values of a later time");
   Met met;
   for (const Step& step : TOOL_TRY(all_steps(options))) {
     const Appended done = TOOL_TRY(append_one(options, step, tolerances, met));
+    note_repeated(options, step, done.report);
     TOOL_CHECK(tell(options, step, done));
   }
   return 0;

@@ -86,6 +86,7 @@ struct AppendOptions {
   CommonOptions common;
   std::string file;
   std::vector<std::string> steps;  ///< meshes with the values, or lists of them (.pvd)
+  bool remove_last = false;        ///< instead of appending
   std::string input_format;
   std::optional<double> time;
   CompressOptions quality;  ///< only its bounds

@@ -185,18 +185,25 @@ void Parser::add_append() {
                      "maille compress flow_0.vtu flow.maille\n"
                      "maille append flow.maille flow_1.vtu --time 0.1\n"
                      "maille append flow.maille run.pvd --error pressure=0.5\n"
+                     "maille append --remove-last flow.maille\n"
                      "maille decompress flow.maille last.vtu --time 0.1");
   add_file(a, "FILE", append.file, "A .maille file of mode stream")->required();
-  a->add_option("STEP", append.steps,
-                "Meshes with the values of the next steps, in any format, or .pvd files or cases")
-      ->type_name("FILE")
-      ->required()
-      ->group(files_group);
+  CLI::Option* steps =
+      a->add_option("STEP", append.steps,
+                    "Meshes with the values of the next steps, in any format, or .pvd files or cases")
+          ->type_name("FILE")
+          ->group(files_group);
   add_input_format(a, append.input_format, "STEP", files_group);
-  a->add_option("--time", append.time,
-                "Time of the first STEP; the others follow at intervals of 1 (default: what the file "
-                "says, such as TimeValue, or the number of the step)")
-      ->type_name("T")
+  CLI::Option* time =
+      a->add_option("--time", append.time,
+                    "Time of the first STEP; the others follow at intervals of 1 (default: what the file "
+                    "says, such as TimeValue, or the number of the step)")
+          ->type_name("T")
+          ->group(files_group);
+  a->add_flag("--remove-last", append.remove_last,
+              "Append nothing, but take the last step away again: the file is then as it was before")
+      ->excludes(steps)
+      ->excludes(time)
       ->group(files_group);
   for (const BoundOption& option : bound_options) {
     const std::string arguments = option.arguments;

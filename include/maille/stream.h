@@ -182,6 +182,10 @@ struct StepReport {
 /// executor count.
 [[nodiscard]] Result<StepReport> append_step(const std::string& path, double time, const Mesh& mesh,
                                              const EncodeOptions& options = {});
+/// Takes away the last step by cutting the file back to where it ended before. Nothing else of it changes,
+/// and after a crash the step is there or not. The value: its number, and the bytes that are left. Errors:
+/// usage (there is no step), unsupported (of a file by another program), cannot_read, corrupt, write_failed.
+[[nodiscard]] Result<StepReport> remove_last_step(const std::string& path);
 /// The steps behind a mesh, beginning with step 1; empty for other modes. `search`: if the end of a large
 /// file is damaged, the whole file is searched; otherwise that is an error. Errors: cannot_read; corrupt,
 /// also if anything else of the file is missing, since it may be a step.

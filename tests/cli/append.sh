@@ -64,6 +64,14 @@ maille compress -q -f flow_0.vtk later.maille && maille append -q later.maille f
 maille decompress -q -f later.maille later.pvd && grep -o 'timestep="[^"]*"' later.pvd
 maille compress -q -f --drop p,id flow_0.vtk bare.maille && maille append -q bare.maille flow_0.vtk flow_1.vtk
 maille decompress -q -f bare.maille bare.pvd && grep -o 'timestep="[^"]*"' bare.pvd
+# A step that was appended by mistake says nothing new, and is taken away again.
+cp again.maille before.maille
+maille append again.maille flow_1.vtk
+maille append --remove-last again.maille
+cmp again.maille before.maille && maille append -q --json --remove-last again.maille | json 'j["removed_step"], j["time"]'
+maille append -q --remove-last again.maille && try maille append --remove-last again.maille
+try maille append again.maille
+try maille append again.maille flow_1.vtk --remove-last
 # What is of the mesh as a whole, but its time, is in no step: a note says so.
 sed 's/^DATASET UNSTRUCTURED_GRID$/&\nFIELD FieldData 1\nload 1 1 float\n7/' flow_1.vtk > loaded.vtk
 maille append flow.maille loaded.vtk --time 7 | sed 's/,.*//'

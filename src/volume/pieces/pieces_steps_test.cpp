@@ -82,6 +82,17 @@ TEST_F(PiecesSteps, EachComesBackByItselfAlsoBehindAGroup) {
   EXPECT_FALSE(read(20));
 }
 
+TEST_F(PiecesSteps, RemovingTheLastGivesTheFileBeforeIt) {
+  const std::vector<std::byte> mesh = bytes();
+  append(1);
+  const std::vector<std::byte> one = bytes();
+  append(2);
+  EXPECT_EQ(remove_last_step(path_).value().number, 2u);
+  EXPECT_EQ(bytes(), one);
+  EXPECT_EQ(remove_last_step(path_).value().file_bytes, mesh.size());
+  EXPECT_EQ(bytes(), mesh);
+}
+
 TEST_F(PiecesSteps, ARegionOfAStepIsFoundByItsOwnStatistics) {
   append(1);
   append(2);

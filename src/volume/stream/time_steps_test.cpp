@@ -291,6 +291,44 @@ TEST_F(TimeSteps, AppendingThatStopsAnywhereLeavesTheFileAsItWas) {
   EXPECT_EQ(bytes(), after);
 }
 
+TEST_F(TimeSteps, RemovingTheLastGivesTheFileBeforeIt) {
+  std::vector<std::vector<std::byte>> files = {bytes()};
+  for (const unsigned time : {1u, 2u, 3u}) {
+    append(time);
+    files.push_back(bytes());
+  }
+  for (uint64_t number = 3; number > 0; --number) {
+    const auto left = remove_last_step(path_);
+    ASSERT_TRUE(left) << left.error().message;
+    EXPECT_EQ(left->number, number);
+    EXPECT_EQ(left->file_bytes, files[number - 1].size());
+    EXPECT_EQ(bytes(), files[number - 1]);
+  }
+  EXPECT_EQ(remove_last_step(path_).error().code, ErrorCode::usage);
+  EXPECT_EQ(bytes(), files[0]);
+}
+
+TEST_F(TimeSteps, RemovingTheLastAlsoCutsOffWhatWasNotFinished) {
+  append(1);
+  const std::vector<std::byte> one = bytes();
+  append(2);
+  std::vector<std::byte> cut = bytes();
+  cut.resize(cut.size() - 7);
+  write(cut);
+  EXPECT_EQ(remove_last_step(path_).value().number, 1u);
+  EXPECT_LT(bytes().size(), one.size());
+  EXPECT_TRUE(read(0));
+}
+
+TEST_F(TimeSteps, WhileSomebodyAppendsNoneIsRemoved) {
+  append(1);
+  const std::vector<std::byte> before = bytes();
+  const auto sink = append_sink(path_, before.size());
+  ASSERT_TRUE(sink);
+  EXPECT_EQ(remove_last_step(path_).error().code, ErrorCode::write_failed);
+  EXPECT_EQ(bytes(), before);
+}
+
 TEST_F(TimeSteps, DamageOfOneStepLeavesTheMeshReadable) {
   append(1);
   std::vector<std::byte> damaged = bytes();
