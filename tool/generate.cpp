@@ -80,11 +80,11 @@ Result<> check_points_in_use(const GenerateOptions& options, const BlockDescript
   if (!counted_all && !stopped) return counted_all;
   if (counter.most_alive <= counter.most_allowed) return {};
   const uint64_t least = WorkingSpace::of_process + counter.most_alive * bytes_of_point;
-  return failure(
-      ErrorCode::memory_bound,
-      fmt::format("{0}: {3}{1} points are in use at once: {3}{2} MiB of memory are the least that "
-                  "will do",
-                  options.input, counter.most_alive, (least >> 20) + 1, stopped ? "more than " : ""));
+  return failure(ErrorCode::memory_bound,
+                 fmt::format("{0}: {3}{1} points are in use at once: {3}{2} MiB of memory are the least that "
+                             "will do",
+                             input_name(options.input), counter.most_alive, (least >> 20) + 1,
+                             stopped ? "more than " : ""));
 }
 
 Result<int> write_stream(const GenerateOptions& options, const BlockDescription& description) {
@@ -102,7 +102,7 @@ Result<int> write_stream(const GenerateOptions& options, const BlockDescription&
                             {"output_bytes", sink.count()}})));
   } else if (!options.common.quiet) {
     say(fmt::format("{} -> {}: {}, {}, patches as labels of array \"patch\"; at most {} in use; {}",
-                    options.input, output_name(options.output), counted(report.points, "point"),
+                    input_name(options.input), output_name(options.output), counted(report.points, "point"),
                     counted(report.cells, "cell") + " and outer faces",
                     counted(report.most_live_points, "point"),
                     human_bytes(static_cast<double>(sink.count()))));
@@ -122,7 +122,7 @@ Result<int> write_pieces(const GenerateOptions& options, const BlockDescription&
                             {"output_bytes", report.file_bytes}})));
   } else if (!options.common.quiet) {
     say(fmt::format("{} -> {}: {}, {} and outer faces, patches as labels of array \"patch\"; {}",
-                    options.input, output_name(options.output), counted(report.points, "point"),
+                    input_name(options.input), output_name(options.output), counted(report.points, "point"),
                     counted(report.cells, "cell"), human_bytes(static_cast<double>(report.file_bytes))));
   }
   return 0;
@@ -135,7 +135,7 @@ Result<int> written(const GenerateOptions& options, const GeneratedCounts& count
     json["output_bytes"] = bytes;
     TOOL_CHECK(answer(dump(json)));
   } else if (!options.common.quiet) {
-    say(fmt::format("{} -> {}: {}; {}", options.input, output_name(options.output), counts.text(),
+    say(fmt::format("{} -> {}: {}; {}", input_name(options.input), output_name(options.output), counts.text(),
                     human_bytes(static_cast<double>(bytes))));
   }
   return 0;
@@ -171,6 +171,13 @@ Result<int> write(const GenerateOptions& options, const BlockDescription& descri
   return written(options, GeneratedCounts::of(mesh), sink.count());
 }
 
+Result<BlockDictionary> read_input(const GenerateOptions& options) {
+  const Limits limits{options.common.memory};
+  if (options.input != "-") return read_block_dictionary(options.input, limits);
+  const Input input = TOOL_TRY(open_input(options.input));
+  return read_block_dictionary(*input.source, limits);
+}
+
 }  // namespace
 
 Result<int> run(const GenerateOptions& options) {
@@ -179,13 +186,14 @@ Result<int> run(const GenerateOptions& options) {
                                                    : "name a file to write, or give --count");
   }
   TOOL_CHECK(check_json_output(options.common, options.output));
-  const BlockDictionary blocks = TOOL_TRY(read_block_dictionary(options.input, {options.common.memory}));
-  say_notes(options.input, blocks.notes, options.common.quiet);
+  const BlockDictionary blocks = TOOL_TRY(read_input(options));
+  say_notes(input_name(options.input), blocks.notes, options.common.quiet);
   auto result = options.count ? count(options, blocks.description) : write(options, blocks.description);
   // Generating happens after reading, so the library no longer knows the name of the dictionary.
   const bool about_input = !result && (result.error().code == ErrorCode::malformed_input ||
                                        result.error().code == ErrorCode::unsupported);
-  if (about_input) return failure(result.error().code, options.input + ": " + result.error().message);
+  if (about_input)
+    return failure(result.error().code, input_name(options.input) + ": " + result.error().message);
   return result;
 }
 

@@ -87,7 +87,7 @@ void Parser::add_generate() {
            "maille generate system/blockMeshDict mesh.maille\n"
            "maille generate system/blockMeshDict fine.maille --refine 4\n"
            "maille generate system/blockMeshDict --count --refine 20");
-  add_file(g, "-i,--input,DICT", generate.input, "blockMeshDict to read")->required();
+  add_file(g, "-i,--input,DICT", generate.input, "blockMeshDict to read; - is standard input")->required();
   add_file(g, "-o,--output,OUT", generate.output, "File to write; - is standard output");
   add_output_format(g, generate.output_format, "by extension", formats_to_write());
   add_force(g, generate.force);

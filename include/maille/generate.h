@@ -162,5 +162,8 @@ struct BlockDictionary {
 /// unsupported, naming file, line and entry; those of reading such a file.
 [[nodiscard]] Result<BlockDictionary> read_block_dictionary(const std::string& path,
                                                             const Limits& limits = {});
+/// The same of what is open already, such as a pipe. Files that it names are looked for in the folder of the
+/// source's name; without one, in the current folder.
+[[nodiscard]] Result<BlockDictionary> read_block_dictionary(const Source& source, const Limits& limits = {});
 
 }  // namespace maille

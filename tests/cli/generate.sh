@@ -6,6 +6,12 @@ maille generate blockMeshDict a.maille
 maille generate --json blockMeshDict b.maille --any-order | json 'j["cell_types"]'
 maille info -q --json a.maille | json 'j["points"], j["cells"]'
 maille diff a.maille b.maille
+# From a pipe, with what it includes from the current folder.
+maille generate - --count < blockMeshDict
+maille generate -q - piped.maille < blockMeshDict && maille diff a.maille piped.maille
+head -n 3 blockMeshDict > front && tail -n +4 blockMeshDict > rest
+(cat front && echo '#include "rest"') | maille generate - --count
+echo 'vertices ((0 0)' | try maille generate - --count
 sed 's/boundary/mergePatchPairs ((a b)); boundary/' blockMeshDict > merge
 try maille generate merge --count
 sed 's/right (\$n 3 2)/right ($n 2 2)/' blockMeshDict > uneven

@@ -435,4 +435,8 @@ Result<BlockDictionary> read_block_dictionary(const std::string& path, const Lim
   return blocks_of(MAILLE_TRY(read_foam_file(path)), limits);
 }
 
+Result<BlockDictionary> read_block_dictionary(const Source& source, const Limits& limits) {
+  return blocks_of(MAILLE_TRY(read_foam_file(source)), limits);
+}
+
 }  // namespace maille

@@ -356,6 +356,12 @@ Result<FoamFile> read_foam_file(const std::string& path) {
   return parser.run();
 }
 
+Result<FoamFile> read_foam_file(const Source& source) {
+  Parser parser;
+  MAILLE_CHECK(parser.read(source));
+  return parser.run();
+}
+
 Result<FoamFile> parse_foam_text(std::string_view text, const std::string& name) {
   Parser parser;
   MAILLE_CHECK(parser.open(text, name));

@@ -54,6 +54,7 @@ struct FoamFile {
 /// Reads a dictionary and the files it includes. Errors: cannot_read, malformed_input, unsupported
 /// (#codeStream and other directives that need OpenFOAM itself).
 Result<FoamFile> read_foam_file(const std::string& path);
+Result<FoamFile> read_foam_file(const Source& source);
 /// The same from a text; `name` is what messages call it, included files are looked for beside it.
 Result<FoamFile> parse_foam_text(std::string_view text, const std::string& name);
 
