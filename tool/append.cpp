@@ -396,7 +396,10 @@ Result<uint64_t> compress_series(CompressOptions options) {
   options.input = series.front().path;
   // The mesh of a file with several steps comes with its last one; that of a case says of which time it is.
   if (!series.front().step) options.time = series.front().time;
-  if (series.front().step && is_regular(list)) options.time = series.back().time;
+  if (series.front().step && is_regular(list)) {
+    options.time = series.back().time;
+    options.step = series.back().step;
+  }
   // All of them, so that the first has its time, too: what it shares with the mesh takes no room.
   AppendOptions append;
   append.common = options.common;

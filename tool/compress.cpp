@@ -273,7 +273,8 @@ Result<Compressed> compress(const CompressOptions& options, const Tolerances& to
     return compress_whole(make_input(std::move(rest), options.input, options.input_format), options,
                           tolerances, output);
   }
-  const Input input = TOOL_TRY(open_input(options.input, options.input_format));
+  Input input = TOOL_TRY(open_input(options.input, options.input_format));
+  input.step = options.step;
   CompressOptions as_known = options;
   if (known && !options.time) as_known.time = known->time;
   if (known && known->order == Order::canonical) as_known.any_order = !options.keep_order;

@@ -4,6 +4,7 @@
 #include <maille/decode.h>
 #include <maille/file.h>
 #include <maille/io.h>
+#include <maille/series.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -169,7 +170,8 @@ Result<LoadedMesh> load_quietly(const Input& input, const CommonOptions& common,
     return LoadedMesh{TOOL_TRY(decode(*input.source, options)), {}};
   }
   const ReadOptions options{.format = input.format, .limits = limits, .progress = watch};
-  ReadResult result = TOOL_TRY(read_mesh(*input.source, options));
+  ReadResult result = TOOL_TRY(input.step ? read_series_entry({input.path, 0, input.step}, options)
+                                          : read_mesh(*input.source, options));
   return LoadedMesh{std::move(result.mesh), std::move(result.notes), std::move(result.files_beside)};
 }
 

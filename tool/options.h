@@ -63,7 +63,8 @@ struct CompressOptions {
   bool lenient =
       false;  ///< bounds are of settings for any mesh: arrays that it does not have are not mentioned
   bool force = false;
-  std::optional<double> time = {};  ///< of the first mesh of a series
+  std::optional<double> time = {};    ///< of the first mesh of a series
+  std::optional<uint64_t> step = {};  ///< that gives it, where one file has all
   bool provenance = true;
 };
 

@@ -127,7 +127,9 @@ Result<Verdict> judge_whole(const Input& input, const VerifyOptions& options) {
   const bool of_times = is_series(options.original);
   const auto series = of_times ? TOOL_TRY(read_series(options.original)) : std::vector<SeriesEntry>();
   const std::string first = series.empty() ? options.original : series.front().path;
-  const Input original = TOOL_TRY(open_input(first, options.original_format));
+  Input original = TOOL_TRY(open_input(first, options.original_format));
+  // The mesh of a file with several steps comes with its last one, as compress takes it.
+  if (!series.empty() && is_regular(first)) original.step = series.back().step;
   const LoadedMesh loaded = TOOL_TRY(load(original, options.common, progress));
   const FileInfo info = TOOL_TRY(inspect(*input.source));
   TOOL_CHECK(hold_against(loaded.mesh, decoded, info, options.common, verdict));

@@ -249,6 +249,17 @@ Result<> append(const Options& options, MPI_Comm communicator) {
   return {};
 }
 
+/// Of a file with several times one was taken: how the others get into the same file.
+void note_other_times(const std::vector<std::string>& inputs, const std::string& output) {
+  if (inputs.size() != 1 || !may_be_series(inputs[0])) return;
+  const Result<std::vector<SeriesEntry>> series = read_series(inputs[0]);
+  if (!series || series->size() < 2) return;
+  std::fprintf(stderr,
+               "maille-mpi: note: %s has %zu times, one of which was taken; `maille-mpi append --time T %s "
+               "%s` adds each of the others\n",
+               inputs[0].c_str(), series->size(), output.c_str(), inputs[0].c_str());
+}
+
 /// Who forgets the output would else lose the last input.
 Result<> check_output(const Options& options, Ranks& ranks) {
   const std::string& path = options.files.back();
@@ -270,8 +281,10 @@ Result<> compress(const Options& options, MPI_Comm communicator) {
     return mpi::encode(communicator, part, options.files.back(), encoding,
                        {.cells_per_piece = options.pieces, .as_is = options.as_is});
   };
-  const auto report = written({{options.files.begin(), options.files.end() - 1}}, options, *ranks, write);
+  const std::vector<std::string> inputs(options.files.begin(), options.files.end() - 1);
+  const auto report = written({inputs}, options, *ranks, write);
   if (!report) return tl::unexpected(report.error());
+  if (ranks->rank() == 0 && !options.quiet) note_other_times(inputs, options.files.back());
   if (ranks->rank() == 0 && !options.quiet) {
     std::printf("%s: %llu points, %llu cells; %llu bytes, by %u ranks\n", options.files.back().c_str(),
                 static_cast<unsigned long long>(report->points),
