@@ -205,9 +205,28 @@ static void polyhedra(void) {
   TRY(cg_close(file));
 }
 
+// The same cubes, of which only the faces are given, with the cells on both of their sides.
+static void parents(void) {
+  int base, zone, section, file = begin("parents.cgns", 3, &base);
+  const int size[] = {3, 2, 2};
+  cgsize_t zone_size[3] = {12, 2, 0};
+  TRY(cg_zone_write(file, base, "two", zone_size, Unstructured, &zone));
+  coordinates(file, base, zone, RealDouble, grid(size, 0, 0), grid(size, 0, 1), grid(size, 0, 2));
+  cgsize_t faces[] = {1, 7, 10, 4, 1, 4, 5, 2, 7, 8, 11, 10, 1, 2, 8,  7, 4, 10, 11, 5, 2, 5,
+                      11, 8, 2, 5, 6, 3, 8, 9, 12, 11, 2, 3, 9, 8, 5, 11, 12, 6, 3, 6, 12, 9};
+  cgsize_t face_offsets[12], sides[44] = {0};
+  for (int i = 0; i < 12; ++i) face_offsets[i] = 4 * i;
+  for (int i = 0; i < 11; ++i) sides[i] = i < 6 ? 12 : 13;
+  sides[11 + 5] = 13;
+  TRY(cg_poly_section_write(file, base, zone, "faces", NGON_n, 1, 11, 0, faces, face_offsets, &section));
+  TRY(cg_parent_data_write(file, base, zone, section, sides));
+  TRY(cg_close(file));
+}
+
 int main(void) {
   structured();
   every_element();
   polyhedra();
+  parents();
   return 0;
 }

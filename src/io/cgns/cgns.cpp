@@ -482,6 +482,9 @@ Result<ReadResult> CgnsReader::read(std::optional<uint64_t> step) {
   if (times_.size() > 1 && !step)
     notes_.push_back("the mesh and its solutions are those of the last of " + std::to_string(times_.size()) +
                      " time steps");
+  if (const uint64_t faces = cells_.faces_of_unread(); faces > 0)
+    notes_.push_back("polyhedra that are given by ParentElements alone are not read: their " +
+                     counted(faces, "face") + " are the cells");
   note_left_out();
   mesh_.blocks = cells_.take();
   return ReadResult{std::move(mesh_), std::move(notes_)};

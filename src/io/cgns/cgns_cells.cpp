@@ -258,6 +258,8 @@ Result<> CgnsCells::add_sections(const std::vector<CgnsNode>& children, uint64_t
   const bool alone = sections_.size() == static_cast<size_t>(faces) + 1;
   for (Section& section : sections_) {
     if (is_face(section)) continue;
+    if (section.type == polygons && find_node(section.children, "DataArray_t", "ParentElements") != nullptr)
+      faces_of_unread_ += section.count;
     MAILLE_CHECK(add_cells(section, alone ? zone : prefix + section.node.name));
     if (section.type != polygons) section.values = {};
   }

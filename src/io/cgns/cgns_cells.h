@@ -31,6 +31,8 @@ class CgnsCells {
   /// Whether these are all elements of the section of this name, which tells nothing new.
   bool is_section(const std::string& name, int64_t first, int64_t last) const;
 
+  /// Polygons of all zones that are faces of polyhedra which nothing but ParentElements names: cells here.
+  uint64_t faces_of_unread() const { return faces_of_unread_; }
   uint64_t count() const { return cells_.count(); }
   CellType type(uint64_t cell) const { return cells_.type(cell); }
   std::vector<CellBlock> take() { return shapes_.take(cells_); }
@@ -68,6 +70,7 @@ class CgnsCells {
   std::vector<Section> sections_;  ///< of the zone
   uint64_t zone_cells_ = 0;        ///< the first of the zone
   uint64_t first_point_ = 0, points_ = 0;
+  uint64_t faces_of_unread_ = 0;
 };
 
 }  // namespace maille

@@ -180,6 +180,15 @@ TEST_F(Cgns, PolyhedraHaveTheirFacesAndConditionsAreBlocks) {
   EXPECT_EQ(mesh.blocks[2].size(), 5u);
 }
 
+TEST_F(Cgns, FacesOfPolyhedraThatOnlyTheirParentsNameAreCellsWithANote) {
+  const ReadResult result = read("parents.cgns");
+  EXPECT_EQ(result.mesh.cell_count(), 11u);
+  EXPECT_THAT(result.notes,
+              ElementsAre("polyhedra that are given by ParentElements alone are not read: their 11 faces are "
+                          "the cells"));
+  EXPECT_THAT(read("polyhedra.cgns").notes, ElementsAre());
+}
+
 TEST_F(Cgns, ListsOfOlderVersionsHaveTheirLengthBeforeThem) {
   Mesh mesh = read("polyhedra_33.cgns").mesh;
   EXPECT_EQ(values<float>(mesh, "Density", Domain::cell)[1], 2);
