@@ -200,8 +200,10 @@ Result<Compressed> compress_whole(const Input& input, const CompressOptions& opt
                           [&](const Array& array) { return array.name == bound.first; });
     });
   }
-  const Tolerances tolerances = TOOL_TRY(tolerances_of(asked, loaded.mesh.arrays, input_name(options.input),
-                                                       options.common.quiet || options.lenient));
+  const std::string format = input.format.empty() ? format_of(*input.source).value_or("") : input.format;
+  const Tolerances tolerances =
+      TOOL_TRY(tolerances_of(asked, loaded.mesh.arrays, input_name(options.input),
+                             options.common.quiet || options.lenient, metres_of_unit(loaded.mesh, format)));
   if (const auto note = note_of_size(tolerances, loaded.mesh))
     say_notes(input_name(options.input), {*note}, options.common.quiet);
   say_notes(input_name(options.input), notes_of_ranges(tolerances, loaded.mesh), options.common.quiet);

@@ -98,7 +98,7 @@ Result<uint64_t> compress_to_gltf(const CompressOptions& options) {
   }
   const std::vector<Array> arrays = TOOL_TRY(gltf_arrays(*input.source));
   const Tolerances tolerances = TOOL_TRY(
-      tolerances_of(asked, arrays, input_name(options.input), options.common.quiet || options.lenient));
+      tolerances_of(asked, arrays, input_name(options.input), options.common.quiet || options.lenient, 1));
   const auto sink = TOOL_TRY(
       open_output({options.output, options.input, options.force, !names_text(options.output), false}));
   ProgressDisplay progress(options.common.progress, options.common.quiet);

@@ -25,6 +25,21 @@ bool means_positions(const std::string& name) {
 // A finer lattice than the mantissa of a double has no use.
 constexpr double largest_bits = 52;
 
+constexpr LengthUnit units[] = {{"um", 1e-6}, {"mm", 1e-3},   {"cm", 1e-2},
+                                {"m", 1},     {"in", 0.0254}, {"ft", 0.3048}};
+
+/// The unit at the end of "0.1mm", which is taken off there.
+const LengthUnit* take_unit(std::string& text) {
+  const size_t last = text.find_last_not_of("abcdefghijklmnopqrstuvwxyz");
+  if (last == std::string::npos) return nullptr;
+  for (const LengthUnit& unit : units) {
+    if (text.compare(last + 1, std::string::npos, unit.name) != 0) continue;
+    text.resize(last + 1);
+    return &unit;
+  }
+  return nullptr;
+}
+
 /// Why a text is not a number, as far as that is plain.
 std::string hint_at_number(const std::string& text) {
   std::string with_point = text;
@@ -39,7 +54,7 @@ std::string hint_at_number(const std::string& text) {
   const bool letters = std::all_of(text.begin() + static_cast<std::ptrdiff_t>(unit), text.end(),
                                    [](unsigned char c) { return std::isalpha(c) != 0; });
   if (letters && parse_number<double>(digits))
-    return fmt::format("; numbers have no unit: {} counts as the file does", digits);
+    return fmt::format("; units are um, mm, cm, m, in and ft, for --error and --norm-error of positions");
   return "";
 }
 
@@ -84,15 +99,20 @@ Result<Tolerance> parse_tolerance(const std::string& option, const std::string& 
 Result<> add(Tolerances& all, const std::string& option, const std::string& text, Tolerance::Kind kind) {
   const std::string name = bound_name(text);
   const size_t equals = text.rfind('=');
-  const std::string value = equals == std::string::npos ? text : text.substr(equals + 1);
-  const Tolerance tolerance = TOOL_TRY(parse_tolerance(option, value, kind));
+  std::string value = equals == std::string::npos ? text : text.substr(equals + 1);
   const bool positions = means_positions(name);
+  const bool is_length = kind == Tolerance::Kind::absolute || kind == Tolerance::Kind::norm;
+  const LengthUnit* const unit = positions && is_length ? take_unit(value) : nullptr;
+  const Tolerance tolerance = TOOL_TRY(parse_tolerance(option, value, kind));
   const bool fresh = positions ? !all.positions.has_value() : all.arrays.emplace(name, tolerance).second;
   if (!fresh) {
     return failure(ErrorCode::usage, fmt::format("{} {}: there is another tolerance for {}; give only one",
                                                  option, text, positions ? "positions" : "'" + name + "'"));
   }
-  if (positions) all.positions = tolerance;
+  if (positions) {
+    all.positions = tolerance;
+    all.unit = unit;
+  }
   return {};
 }
 
@@ -101,7 +121,8 @@ Result<> add(Tolerances& all, const std::string& option, const std::string& text
 const std::array<BoundOption, 6> bound_options = {{
     {Tolerance::Kind::absolute, "--error", "-e,--error", "X|NAME=X",
      "Largest error allowed in each coordinate of the positions, in file units, or in each "
-     "component of the array NAME; X% means --rel-error; repeatable"},
+     "component of the array NAME; X% means --rel-error; 0.1mm (um, mm, cm, m, in, ft) is a length "
+     "where the file has a unit, as glTF and 3MF do; repeatable"},
     {Tolerance::Kind::relative, "--rel-error", "--rel-error", "X|NAME=X",
      "The same as a fraction of the diagonal of the bounding box (positions) or of the range "
      "of values (NAME: of the component with the widest range); repeatable"},
@@ -189,9 +210,29 @@ Result<std::vector<std::string>> arrays_called(const std::string& name, const st
                                                suggestion(name, known), fmt::join(known, ", ")));
 }
 
+namespace {
+
+/// In units of the file.
+Result<std::optional<Tolerance>> positions_of(const Tolerances& asked, const std::string& input,
+                                              std::optional<double> metres) {
+  if (asked.unit == nullptr || !asked.positions) return asked.positions;
+  if (!metres) {
+    return failure(ErrorCode::usage,
+                   fmt::format("{}: does not say what its lengths count in (glTF and 3MF do), so {}{} has no "
+                               "meaning; give the number without the unit, as the file counts",
+                               input, asked.positions->value, asked.unit->name));
+  }
+  Tolerance found = *asked.positions;
+  if (asked.unit->metres != *metres) found.value *= asked.unit->metres / *metres;
+  return found;
+}
+
+}  // namespace
+
 Result<Tolerances> tolerances_of(const Tolerances& asked, const std::vector<Array>& arrays,
-                                 const std::string& input, bool quiet) {
-  Tolerances found{asked.positions, {}};
+                                 const std::string& input, bool quiet, std::optional<double> metres) {
+  Tolerances found;
+  found.positions = TOOL_TRY(positions_of(asked, input, metres));
   std::vector<std::string> notes;
   for (const auto& [name, tolerance] : asked.arrays) {
     const std::vector<std::string> names = TOOL_TRY(arrays_called(name, arrays, input));
@@ -203,6 +244,24 @@ Result<Tolerances> tolerances_of(const Tolerances& asked, const std::vector<Arra
   }
   say_notes(input, notes, quiet);
   return found;
+}
+
+std::optional<double> metres_of_unit(const Mesh& mesh, const std::string& format) {
+  static const std::map<std::string, double> names = {{"micron", 1e-6},     {"millimeter", 1e-3},
+                                                      {"centimeter", 1e-2}, {"inch", 0.0254},
+                                                      {"foot", 0.3048},     {"meter", 1}};
+  bool is_3mf = format == "3mf", is_gltf = format == "glb" || format == "gltf" || format == "b3dm";
+  for (const auto& [key, value] : mesh.metadata) {
+    if (key == "3mf.unit") {
+      const auto unit = names.find(value);
+      return unit == names.end() ? std::nullopt : std::optional<double>(unit->second);
+    }
+    is_3mf |= key.starts_with("3mf.");
+    is_gltf |= key.starts_with("gltf.");
+  }
+  // A 3MF file that says nothing counts in millimetres; glTF has metres only.
+  if (is_3mf) return 1e-3;
+  return is_gltf ? std::optional<double>(1) : std::nullopt;
 }
 
 namespace {

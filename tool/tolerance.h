@@ -23,9 +23,16 @@ struct BoundOption {
 };
 extern const std::array<BoundOption, 6> bound_options;
 
+/// A unit of length behind a bound, as in "0.1mm".
+struct LengthUnit {
+  const char* name;
+  double metres;
+};
+
 /// The loss asked for on the command line.
 struct Tolerances {
   std::optional<Tolerance> positions;
+  const LengthUnit* unit = nullptr;  ///< of the bound of positions; without: that of the file
   std::map<std::string, Tolerance> arrays;
 
   bool lossless() const { return !positions && arrays.empty(); }
@@ -46,9 +53,14 @@ Result<std::vector<std::string>> arrays_called(const std::string& name, const st
                                                const std::string& input);
 
 /// The loss asked for, by the names of a mesh's arrays. A role that no array has is a note, so that one line
-/// serves many files. Error: usage, for other names that no array has.
+/// serves many files. `metres`: of a unit of the file, if known. Errors: usage, for other names that no array
+/// has, and for a bound with a unit where that of the file is not known.
 Result<Tolerances> tolerances_of(const Tolerances& asked, const std::vector<Array>& arrays,
-                                 const std::string& input, bool quiet);
+                                 const std::string& input, bool quiet, std::optional<double> metres = {});
+
+/// What the positions of a mesh count in: 3MF says it, glTF counts in metres. `format`: of the input; meshes
+/// in .maille files have metadata of the one that they came from.
+std::optional<double> metres_of_unit(const Mesh& mesh, const std::string& format);
 
 /// A note where an error allowed is so large that the shape goes: for files in metres and bounds in
 /// millimetres.

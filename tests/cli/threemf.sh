@@ -23,6 +23,20 @@ maille compress -q twice.3mf
 maille decompress twice.maille twice.stl
 maille decompress -q twice.maille again.3mf
 maille diff --metadata twice.3mf again.3mf
+# Bounds with a unit of length: 3MF says what it counts in, glTF has metres, .maille files know where they came from.
+python3 -c "
+import zipfile
+with zipfile.ZipFile('wave.3mf') as old, zipfile.ZipFile('inches.3mf', 'w', zipfile.ZIP_DEFLATED) as new:
+    for name in old.namelist():
+        new.writestr(name, old.read(name).decode().replace('\"millimeter\"', '\"inch\"'))"
+bound() { maille compress -q -f --json "$@" bound.maille | json 'round(j["positions"]["bound"], 9)'; }
+bound -e 0.01mm wave.3mf
+bound --norm-error 10um wave.3mf
+bound -e 0.254mm inches.3mf
+maille compress -q -f inches.3mf inches.maille && bound -e 0.01in inches.maille
+maille convert -q wave.ply wave.glb && bound -e 10mm wave.glb
+maille compress -q -f --json -e 1cm wave.glb wave.maille.glb | json 'j["coded_bytes"] > 0'
+try maille compress -q -e 0.1mm wave.ply bound.ply.maille
 # What is no model.
 python3 -c "
 import zipfile
