@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <maille/encode.h>
+#include <maille/io.h>
 #include <maille/version.h>
 #include <unistd.h>
 

@@ -29,9 +29,9 @@ struct Input {
   std::string path;
   std::string format;  ///< as given; empty: recognised by extension and first bytes
   std::unique_ptr<Source> source;
-  std::optional<uint64_t> step = {};   ///< of a file that has several: read_series_entry()
   bool is_maille = false;              ///< by its first bytes, or by `format`
   const HttpSource* remote = nullptr;  ///< `source`, where it is an address
+  std::optional<uint64_t> step = {};   ///< of a file that has several: read_series_entry()
 };
 
 /// How much of what an address names may be fetched: all of it, as it is all wanted.
