@@ -3,6 +3,7 @@
 #include <maille/error.h>
 #include <maille/limits.h>
 #include <maille/mesh.h>
+#include <maille/source.h>
 #include <array>
 #include <cstdint>
 #include <span>

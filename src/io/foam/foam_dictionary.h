@@ -1,6 +1,7 @@
 #pragma once
 
 #include <maille/error.h>
+#include <maille/source.h>
 #include <memory>
 #include <span>
 #include <string>
