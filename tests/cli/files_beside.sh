@@ -17,7 +17,7 @@ cp "$HERE"/../formats/ensight/{all,le_stars}* "$HERE"/../formats/pieces*.{pvtu,v
 bytes() { cat "$@" | wc -c; }
 says() { json "j[\"input_bytes\"] == $1"; }
 maille compress -q --json wave.gltf | says "$(bytes wave.gltf wave.bin)"
-maille convert -q --json wave.gltf wave.ply | says "$(bytes wave.gltf wave.bin)"
+maille convert -q -f --json wave.gltf wave.ply | says "$(bytes wave.gltf wave.bin)"
 maille compress -q --json all.case | says "$(bytes all.{case,geo,sym,vec})"
 maille compress -q --json pieces.pvtu | says "$(bytes pieces*.pvtu pieces_?.vtu)"
 maille info --json wave.gltf | json "j['file_bytes'] == $(bytes wave.gltf wave.bin)"
