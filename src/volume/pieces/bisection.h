@@ -12,12 +12,6 @@
 
 namespace maille {
 
-/// The middle of a cell's corners, in floats: cuts need no more, and it is what memory is taken by.
-struct Middle {
-  std::array<float, 3> at;
-  uint32_t cell;
-};
-
 /// Cells, or a sample of them, cut into pieces by planes: a binary tree of cuts, whose leaves are the pieces.
 /// piece_of() takes any cell to its piece in as many steps as the tree is deep.
 struct Bisection {

@@ -26,6 +26,12 @@ CutPosition cut_position(Scalar type, const std::byte* position);
 /// Of all points.
 std::vector<CutPosition> cut_positions(const Array& positions, Executor& executor);
 
+/// The middle of a cell's corners, in floats: cuts need no more, and it is what memory is taken by.
+struct Middle {
+  std::array<float, 3> at;
+  uint32_t cell;
+};
+
 /// What cuts know of a cell, from its corners; 0 for a cell without any.
 class CellCorners {
  public:

@@ -48,7 +48,7 @@ struct Cut {
 /// boxes (1), selection (16), one exchange for each axis that a range may be cut across, and one to choose.
 class Cutter {
  public:
-  Cutter(const std::vector<CellMiddle>& cells, const CutPosition& reach, Ranks& ranks)
+  Cutter(const std::vector<Middle>& cells, const CutPosition& reach, Ranks& ranks)
       : cells_(cells), reach_(reach), ranks_(ranks), order_(cells.size()) {
     std::iota(order_.begin(), order_.end(), size_t{0});
   }
@@ -143,7 +143,7 @@ class Cutter {
   }
 
   uint64_t key_of(size_t cell, unsigned axis) const {
-    return uint64_t{ordered(cells_[cell].at[axis])} << 32 | cells_[cell].number;
+    return uint64_t{ordered(cells_[cell].at[axis])} << 32 | cells_[cell].cell;
   }
 
   void sort_keys(Cut& cut) const {
@@ -230,7 +230,7 @@ class Cutter {
     ranges_ = std::move(halves);
   }
 
-  const std::vector<CellMiddle>& cells_;
+  const std::vector<Middle>& cells_;
   CutPosition reach_;
   Ranks& ranks_;
   std::vector<size_t> order_;  ///< cells of this rank, range by range
@@ -239,7 +239,7 @@ class Cutter {
 
 }  // namespace
 
-RankPieces cut_among_ranks(const std::vector<CellMiddle>& cells, const CutPosition& reach, uint64_t target,
+RankPieces cut_among_ranks(const std::vector<Middle>& cells, const CutPosition& reach, uint64_t target,
                            Ranks& ranks) {
   return Cutter(cells, reach, ranks).run(target);
 }

@@ -2,7 +2,6 @@
 
 #include <maille/ranks.h>
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -12,12 +11,6 @@
 
 namespace maille {
 
-/// A cell as cuts see it: 16 bytes, whatever the cell.
-struct CellMiddle {
-  std::array<float, 3> at{};
-  uint32_t number = 0;  ///< in the whole mesh
-};
-
 /// The pieces of cut_cells(), found by ranks that each have some of the cells: the very same cuts, however
 /// the cells are spread over ranks.
 struct RankPieces {
@@ -25,7 +18,7 @@ struct RankPieces {
   uint32_t count = 0;             ///< of all ranks; none where there are no cells
 };
 /// `reach`: of most cells of all ranks.
-RankPieces cut_among_ranks(const std::vector<CellMiddle>& cells, const CutPosition& reach, uint64_t target,
+RankPieces cut_among_ranks(const std::vector<Middle>& cells, const CutPosition& reach, uint64_t target,
                            Ranks& ranks);
 
 /// What the cells and points of all ranks are in the pieces that stand for all (number_cut.h); the same in

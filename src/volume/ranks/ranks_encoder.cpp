@@ -73,7 +73,7 @@ class RanksEncoder {
   /// numbers.
   RankPieces cut_into_pieces(const Directory& points, const Directory& cells) {
     ReachCounts reaches;
-    const std::vector<CellMiddle> each = middles(cells, reaches);
+    const std::vector<Middle> each = middles(cells, reaches);
     ranks_.add(reaches.counts());
     RankPieces by_planes = cut_among_ranks(each, reaches.median(), how_.cells_per_piece, ranks_);
     if (by_planes.count < 2) return by_planes;
@@ -91,9 +91,9 @@ class RanksEncoder {
   }
 
   // As middles_of() of cut_cells.cpp: the same sums in the same order.
-  std::vector<CellMiddle> middles(const Directory& cells, ReachCounts& reaches) const {
+  std::vector<Middle> middles(const Directory& cells, ReachCounts& reaches) const {
     const std::vector<CutPosition> positions = cut_positions(part_.mesh->points, executor_of());
-    std::vector<CellMiddle> middles;
+    std::vector<Middle> middles;
     middles.reserve(cells.numbers().size());
     for (const CellBlock& block : part_.mesh->blocks) {
       for (uint64_t i = 0, count = block.size(); i < count; ++i) {
