@@ -193,18 +193,22 @@ struct Met {
 /// the file.
 Result<> note_mesh_arrays(const AppendOptions& options, const Step& step, const Mesh& mesh,
                           const Source& file, Met& met) {
+  std::vector<const Array*> others;
+  for (const Array& array : mesh.arrays) {
+    if (array.domain == Domain::mesh && array.name != "TimeValue") others.push_back(&array);
+  }
+  if (others.empty()) return {};
   const VolumeFile volume = TOOL_TRY(VolumeFile::open(file));
   const std::vector<Array>& kept = volume.description().mesh_arrays;
   std::vector<std::string> notes;
-  for (const Array& array : mesh.arrays) {
-    if (array.domain != Domain::mesh || array.name == "TimeValue") continue;
+  for (const Array* array : others) {
     const bool same = std::any_of(kept.begin(), kept.end(), [&](const Array& other) {
-      return other.name == array.name && other.type == array.type && other.bytes == array.bytes;
+      return other.name == array->name && other.type == array->type && other.bytes == array->bytes;
     });
-    if (same || !met.said.insert("array of the mesh " + array.name).second) continue;
+    if (same || !met.said.insert("array of the mesh " + array->name).second) continue;
     notes.push_back(fmt::format(
         "array \"{}\" is of the mesh as a whole: steps of time have none, so its values here are left out",
-        array.name));
+        array->name));
   }
   say_notes(input_name(step.path), notes, options.common.quiet);
   return {};
