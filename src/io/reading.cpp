@@ -4,6 +4,13 @@
 
 namespace maille {
 
+Array time_array(double time) {
+  Array array = make_array("TimeValue", Domain::mesh, Scalar::f64, 1);
+  array.resize(1);
+  array.values<double>()[0] = time;
+  return array;
+}
+
 Result<InputBytes> InputBytes::load(const Source& source) {
   InputBytes input;
   input.view_ = source.view();

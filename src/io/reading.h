@@ -9,6 +9,9 @@
 
 namespace maille {
 
+/// The time of the step that was read, as an array of the mesh named as VTK has it.
+Array time_array(double time);
+
 /// All bytes of a source: its own view where it has one (a mapped file), otherwise read into memory piece by
 /// piece, so that a wrong size costs no more than what is really there. A view lasts as long as the source.
 class InputBytes {

@@ -474,10 +474,7 @@ Result<ReadResult> CgnsReader::read(std::optional<uint64_t> step) {
   MAILLE_CHECK(fields_.finish(cells_.count(), budget_, mesh_, notes_));
   MAILLE_CHECK(finish_marks());
   if (step_) {
-    Array time = make_array("TimeValue", Domain::mesh, Scalar::f64, 1);
-    time.resize(1);
-    time.values<double>()[0] = times_[*step_];
-    mesh_.arrays.push_back(std::move(time));
+    mesh_.arrays.push_back(time_array(times_[*step_]));
   }
   if (times_.size() > 1 && !step)
     notes_.push_back("the mesh and its solutions are those of the last of " + std::to_string(times_.size()) +

@@ -35,13 +35,6 @@ class Cgns : public ::testing::Test {
     EXPECT_TRUE(result) << result.error().message;
     return result ? *std::move(result) : ReadResult();
   }
-  template <class T>
-  static std::vector<T> values(const Mesh& mesh, const std::string& name, Domain domain) {
-    const Array* const array = mesh.find(name, domain);
-    EXPECT_NE(array, nullptr) << name;
-    if (array == nullptr) return {};
-    return {array->values<T>().begin(), array->values<T>().end()};
-  }
   static std::vector<std::string> names(const Mesh& mesh) {
     std::vector<std::string> names;
     for (const CellBlock& block : mesh.blocks) names.push_back(block.name);
@@ -56,7 +49,7 @@ TEST_F(Cgns, StructuredZonesAreHexahedraWithoutPlanesOfGhosts) {
   EXPECT_EQ(mesh.blocks[0].type, CellType::hexahedron);
   EXPECT_THAT(mesh.blocks[0].cell(0), ElementsAre(0, 1, 4, 3, 9, 10, 13, 12));
   EXPECT_THAT(mesh.blocks[1].cell(5), ElementsAre(24, 25, 29, 28, 36, 37, 41, 40));
-  EXPECT_THAT(values<double>(mesh, "Pressure", Domain::cell),
+  EXPECT_THAT(testing::values_of<double>(mesh, "Pressure", Domain::cell),
               ElementsAre(1011, 1012, 1021, 1022, 1111, 1112, 1113, 1121, 1122, 1123));
   EXPECT_THAT(result.notes, Contains(HasSubstr("the last of 2 time steps")));
   EXPECT_THAT(result.notes, Contains(HasSubstr("planes of ghosts")));
@@ -64,7 +57,7 @@ TEST_F(Cgns, StructuredZonesAreHexahedraWithoutPlanesOfGhosts) {
 
 TEST_F(Cgns, AnArrayThatOneZoneHasIsNanInTheOthers) {
   const std::vector<float> values =
-      this->values<float>(read("structured.cgns").mesh, "Temperature", Domain::point);
+      testing::values_of<float>(read("structured.cgns").mesh, "Temperature", Domain::point);
   ASSERT_EQ(values.size(), 42u);
   EXPECT_TRUE(std::isnan(values[17]));
   EXPECT_EQ(values[18], 20);
@@ -73,7 +66,7 @@ TEST_F(Cgns, AnArrayThatOneZoneHasIsNanInTheOthers) {
 
 TEST_F(Cgns, BoundaryConditionsMarkPointsOfEveryZone) {
   const Mesh mesh = read("structured.cgns").mesh;
-  const std::vector<uint8_t> inflow = values<uint8_t>(mesh, "inflow", Domain::point);
+  const std::vector<uint8_t> inflow = testing::values_of<uint8_t>(mesh, "inflow", Domain::point);
   const auto positions = mesh.points.values<double>();
   for (size_t i = 0; i < inflow.size(); ++i) EXPECT_EQ(inflow[i], positions[3 * i] == 0 ? 1 : 0) << i;
   EXPECT_THAT(mesh.metadata, ElementsAre(Pair("cgns.boundary.left/inflow", "BCInflow"),
@@ -87,8 +80,8 @@ TEST_F(Cgns, StepsHaveTheirOwnSolutions) {
   EXPECT_EQ((*steps)[1].time, 1.5);
   const auto first = read_series_entry((*steps)[0]);
   ASSERT_TRUE(first) << first.error().message;
-  EXPECT_EQ(values<double>(first->mesh, "Pressure", Domain::cell)[9], 123);
-  EXPECT_THAT(values<double>(first->mesh, "TimeValue", Domain::mesh), ElementsAre(0.5));
+  EXPECT_EQ(testing::values_of<double>(first->mesh, "Pressure", Domain::cell)[9], 123);
+  EXPECT_THAT(testing::values_of<double>(first->mesh, "TimeValue", Domain::mesh), ElementsAre(0.5));
   const auto none = read_series_entry({sample_path("structured.cgns"), 3, 2});
   ASSERT_FALSE(none);
   EXPECT_EQ(none.error().code, ErrorCode::usage);
@@ -158,14 +151,14 @@ TEST_F(Cgns, SectionsAreBlocksInTheOrderOfElements) {
   EXPECT_EQ(mesh.blocks.front().name, "z BAR_3");
   EXPECT_EQ(mesh.blocks.back().name, "a mixed");
   // Values at cells are those of the solids, in the order of elements.
-  const std::vector<int32_t> numbers = values<int32_t>(mesh, "number", Domain::cell);
+  const std::vector<int32_t> numbers = testing::values_of<int32_t>(mesh, "number", Domain::cell);
   int32_t expected = 0;
   for (uint64_t cell = 0; cell < 38; ++cell) {
     const CellType type = cell < 19 ? mesh.blocks[cell].type : mesh.blocks[19].type_of(cell - 19);
     EXPECT_EQ(numbers[cell], dimension_of(type) == 3 ? expected++ : 0) << cell;
   }
   EXPECT_EQ(expected, 22);
-  const std::vector<uint8_t> wall = values<uint8_t>(mesh, "wall", Domain::cell);
+  const std::vector<uint8_t> wall = testing::values_of<uint8_t>(mesh, "wall", Domain::cell);
   for (size_t cell = 0; cell < wall.size(); ++cell) EXPECT_EQ(wall[cell], cell == 1 || cell == 21) << cell;
 }
 
@@ -191,7 +184,7 @@ TEST_F(Cgns, FacesOfPolyhedraThatOnlyTheirParentsNameAreCellsWithANote) {
 
 TEST_F(Cgns, ListsOfOlderVersionsHaveTheirLengthBeforeThem) {
   Mesh mesh = read("polyhedra_33.cgns").mesh;
-  EXPECT_EQ(values<float>(mesh, "Density", Domain::cell)[1], 2);
+  EXPECT_EQ(testing::values_of<float>(mesh, "Density", Domain::cell)[1], 2);
   mesh.arrays.clear();
   Mesh other = read("polyhedra.cgns").mesh;
   mesh.metadata = other.metadata;

@@ -397,10 +397,7 @@ Result<> VtkHdfReader::read_field_data() {
         folder + "/" + name, first, count, make_array(name, Domain::mesh, *dataset->type, 1), budget_)));
   }
   if (!step_ || mesh_.find("TimeValue", Domain::mesh) != nullptr) return {};
-  Array time = make_array("TimeValue", Domain::mesh, Scalar::f64, 1);
-  time.resize(1);
-  time.values<double>()[0] = time_;
-  mesh_.arrays.push_back(std::move(time));
+  mesh_.arrays.push_back(time_array(time_));
   return {};
 }
 

@@ -37,13 +37,6 @@ class VtkHdf : public ::testing::Test {
       return std::pair(a.domain, a.name) < std::pair(b.domain, b.name);
     });
   }
-  template <class T>
-  static std::vector<T> values(const Mesh& mesh, const std::string& name, Domain domain) {
-    const Array* const array = mesh.find(name, domain);
-    EXPECT_NE(array, nullptr) << name;
-    if (array == nullptr) return {};
-    return {array->values<T>().begin(), array->values<T>().end()};
-  }
 };
 
 TEST_F(VtkHdf, PartsAreThoseOfAPvtu) {
@@ -79,7 +72,7 @@ TEST_F(VtkHdf, ReadsPackedPolyhedra) {
 TEST_F(VtkHdf, GhostCellsAreLeftOutAndPointsJoinedByTheirNumbers) {
   const ReadResult result = read("ghosts.vtkhdf");
   EXPECT_EQ(result.mesh.point_count(), 28u);
-  EXPECT_THAT(values<int32_t>(result.mesh, "owner", Domain::cell), ElementsAre(0, 0, 2, 2, 4, 4));
+  EXPECT_THAT(testing::values_of<int32_t>(result.mesh, "owner", Domain::cell), ElementsAre(0, 0, 2, 2, 4, 4));
   EXPECT_EQ(result.mesh.find("vtkGhostType", Domain::cell), nullptr);
   EXPECT_THAT(result.notes, Contains(HasSubstr("4 ghost cells left out")));
 }
@@ -94,9 +87,9 @@ TEST_F(VtkHdf, StepsShareAMeshAndHaveArraysOfTheirOwn) {
     const auto step = read_series_entry((*steps)[i]);
     ASSERT_TRUE(step) << step.error().message;
     EXPECT_EQ(step->mesh.cell_count(), 4u);
-    EXPECT_THAT(values<double>(step->mesh, "TimeValue", Domain::mesh), ElementsAre(times[i]));
-    EXPECT_THAT(values<double>(step->mesh, "energy", Domain::mesh), ElementsAre(energies[i]));
-    const std::vector<double> field = values<double>(step->mesh, "T", Domain::point);
+    EXPECT_THAT(testing::values_of<double>(step->mesh, "TimeValue", Domain::mesh), ElementsAre(times[i]));
+    EXPECT_THAT(testing::values_of<double>(step->mesh, "energy", Domain::mesh), ElementsAre(energies[i]));
+    const std::vector<double> field = testing::values_of<double>(step->mesh, "T", Domain::point);
     ASSERT_EQ(field.size(), 20u);
     EXPECT_EQ(field[0], times[i]);
     EXPECT_EQ(field[19], 4 + times[i]);
@@ -123,7 +116,7 @@ TEST_F(VtkHdf, PolyDataComePartByPart) {
   EXPECT_THAT(types, ElementsAre(CellType::vertex, CellType::line, CellType::quad, CellType::poly_line,
                                  CellType::polygon, CellType::triangle));
   EXPECT_THAT(mesh.blocks[5].connectivity, ElementsAre(6, 9, 7));  // the first part has four points
-  EXPECT_THAT(values<int32_t>(mesh, "number", Domain::cell), ElementsAre(0, 1, 2, 3, 4, 5));
+  EXPECT_THAT(testing::values_of<int32_t>(mesh, "number", Domain::cell), ElementsAre(0, 1, 2, 3, 4, 5));
   EXPECT_EQ(mesh.find("n", Domain::point)->role, Role::normal);
 }
 

@@ -405,10 +405,7 @@ Result<ReadResult> XdmfReader::read(std::optional<uint64_t> step) {
   });
   MAILLE_CHECK(fields_.finish(cells_.count(), *budget_, mesh_, notes_));
   if (series_ && !times.empty()) {
-    Array time = make_array("TimeValue", Domain::mesh, Scalar::f64, 1);
-    time.resize(1);
-    time.values<double>()[0] = times[step.value_or(times.size() - 1)];
-    mesh_.arrays.push_back(std::move(time));
+    mesh_.arrays.push_back(time_array(times[step.value_or(times.size() - 1)]));
   }
   if (times.size() > 1 && !step)
     notes_.push_back("the mesh and its arrays are those of the last of " + std::to_string(times.size()) +
