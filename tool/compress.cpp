@@ -52,7 +52,9 @@ EncodeOptions encode_options(const CompressOptions& options, const Tolerances& t
   encode.order = keep ? Order::keep : Order::canonical;
   encode.positions = tolerances.positions.value_or(Tolerance{});
   encode.arrays = tolerances.arrays;
-  encode.most_cells_per_part = cells_of_piece(options.pieces);
+  // Charts have a size that suits most uses where none is given.
+  if (encode.mode != Mode::random || options.pieces != "auto")
+    encode.most_cells_per_part = cells_of_piece(options.pieces);
   if (encode.mode == Mode::stream) encode.time = options.time;
   if (options.provenance) encode.provenance = provenance_of(options);
   return encode;
@@ -74,8 +76,8 @@ Result<> check(const CompressOptions& options, const std::string& output) {
   }
   if (options.delay > 0 && options.mode.value_or(Mode::stream) != Mode::stream)
     return failure(ErrorCode::usage, "--delay is for mode stream: other modes have orders of their own");
-  if (wants_pieces(options) && options.mode.value_or(Mode::stream) != Mode::stream)
-    return failure(ErrorCode::usage, "--pieces is for volumes, mode stream");
+  if (wants_pieces(options) && options.mode == Mode::single)
+    return failure(ErrorCode::usage, "--pieces is for modes stream and random: mode single has no pieces");
   if (wants_pieces(options) && options.delay > 0)
     return failure(ErrorCode::usage,
                    "--pieces and --delay exclude each other: a piece is put in order as a whole");
@@ -213,12 +215,10 @@ Result<Compressed> compress_whole(const Input& input, const CompressOptions& opt
   EncodeOptions encoding = encode_options(options, tolerances, volume);
   encoding.executor = threads.executor();
   if (encoding.mode == Mode::stream && !encoding.time) encoding.time = time_of(loaded.mesh);
-  if (wants_pieces(options) && encoding.mode != Mode::stream) {
-    return failure(
-        ErrorCode::usage,
-        fmt::format("{}: --pieces is for volumes; of surfaces `--mode random` makes parts that are read "
-                    "alone",
-                    input_name(options.input)));
+  if (wants_pieces(options) && encoding.mode == Mode::single) {
+    return failure(ErrorCode::usage,
+                   fmt::format("{}: --pieces is for volumes, and for surfaces with --mode random",
+                               input_name(options.input)));
   }
   TOOL_CHECK(check_memory(loaded.mesh, *encoding.mode, options.common, input_name(options.input)));
   encoding.progress =

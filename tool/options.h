@@ -55,7 +55,7 @@ struct CompressOptions {
   bool keep_order = false;
   bool any_order = false;
   uint64_t delay = 0;  ///< cells held back; 0: none
-  std::string pieces;  ///< of volumes: "auto", "off", or cells of a piece; empty: off
+  std::string pieces;  ///< "auto", "off", or cells of a piece, triangles of a chart; empty: off
   /// By kind, as typed: "X" for positions or "NAME=X".
   std::map<Tolerance::Kind, std::vector<std::string>> bounds;
   bool lossless = false;

@@ -115,7 +115,8 @@ void Parser::add_compress() {
 
   c->add_option("--pieces", compress.pieces,
                 "Cut a volume into pieces of about N cells (auto: 262,144) that can be read alone and "
-                "coded in parallel (default: off)")
+                "coded in parallel (default: off). Mode random: cut the surface into charts of about N "
+                "triangles (auto: 4096)")
       ->type_name("N|auto|off")
       ->group(speed_group)
       ->check(CLI::Range(uint64_t{1}, uint64_t{1} << 32) | CLI::IsMember({"auto", "off"}));

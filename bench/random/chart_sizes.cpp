@@ -50,13 +50,13 @@ Result<double> bytes_for_one_face(Bytes file, const Mesh& mesh) {
 
 Result<> print_row(const Mesh& mesh, uint32_t chart_faces) {
   EncodeOptions options;
+  options.mode = Mode::random;
   options.effort = 2;
   options.positions = {Tolerance::Kind::bits, 14};
-  HierarchyOptions hierarchy;
-  hierarchy.chart_faces = chart_faces;
+  options.most_cells_per_part = chart_faces;
   std::vector<std::byte> bytes;
   const auto sink = memory_sink(bytes);
-  MAILLE_CHECK(encode_random(mesh, *sink, options, hierarchy));
+  MAILLE_CHECK(encode(mesh, *sink, options));
   const auto source = memory_source(Bytes(bytes));
   RandomReader reader = MAILLE_TRY(RandomReader::open(*source, {}));
   const FileReader& file = MAILLE_TRY(reader.whole_file());

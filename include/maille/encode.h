@@ -60,6 +60,9 @@ struct EncodeOptions {
   ///
   /// Mode stream: cells are divided into pieces of space of about so many, which can be read alone
   /// (VolumeFile); without a value there is one stream.
+  ///
+  /// Mode random: triangles of a chart of the finest level, about, from 128 to 2^20; 4096 without a value.
+  /// Small regions of a mesh with smaller charts read less, for a larger file (docs/random-access.md).
   std::optional<uint64_t> most_cells_per_part;
   Executor* executor = nullptr;  ///< nullptr: serial
   Progress progress;

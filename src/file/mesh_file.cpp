@@ -106,7 +106,7 @@ Result<EncodeReport> encode(const Mesh& mesh, Sink& sink, const EncodeOptions& a
   if (options.mode == Mode::stream && options.most_cells_per_part)
     return encode_in_pieces(mesh, sink, options, *options.most_cells_per_part);
   if (options.mode == Mode::stream) return encode_stream(mesh, sink, options);
-  return encode_random(mesh, sink, options);
+  return encode_random(mesh, sink, options, {.sizes = ChartSizes::of(options.most_cells_per_part)});
 }
 
 Result<EncodeReport> encode(MeshSource& mesh, Sink& sink, const EncodeOptions& asked,
@@ -116,7 +116,10 @@ Result<EncodeReport> encode(MeshSource& mesh, Sink& sink, const EncodeOptions& a
   if (options.mode == Mode::stream && options.most_cells_per_part)
     return encode_in_pieces(mesh, sink, options, *options.most_cells_per_part, space);
   if (options.mode == Mode::stream) return encode_stream(mesh, sink, options, space);
-  if (options.mode == Mode::random) return encode_random(mesh, sink, options, {.sizes = {}, .space = space});
+  if (options.mode == Mode::random) {
+    return encode_random(mesh, sink, options,
+                         {.sizes = ChartSizes::of(options.most_cells_per_part), .space = space});
+  }
   return failure(
       ErrorCode::usage,
       "mode \"single\" needs the whole mesh in memory; modes \"stream\" and \"random\" read it in parts");

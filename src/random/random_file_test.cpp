@@ -79,6 +79,27 @@ TEST(RandomFile, IsTheSameForAnyNumberOfThreads) {
   }
 }
 
+TEST(RandomFile, HasFinestChartsOfTheSizeAskedForAndTheSameCoarseLevels) {
+  const Mesh mesh = torus(128, 128);
+  EncodeOptions options;
+  options.mode = Mode::random;
+  const auto usual = encode_bytes(mesh, options);
+  options.most_cells_per_part = 1024;
+  const auto small = encode_bytes(mesh, options);
+  ASSERT_TRUE(usual && small);
+  const auto usual_source = memory_source(Bytes(usual->bytes)), source = memory_source(Bytes(small->bytes));
+  const auto few = File::open(*usual_source), many = File::open(*source);
+  ASSERT_TRUE(few && many);
+  // A quad counts as two triangles; the last cuts may be off by a fifth.
+  const double charts = 2 * static_cast<double>(mesh.cell_count()) / 1024;
+  EXPECT_NEAR(static_cast<double>(many->charts(0)), charts, charts / 5);
+  EXPECT_LT(few->charts(0) * 3, many->charts(0));
+  ASSERT_EQ(few->levels(), many->levels());
+  for (uint32_t level = 1; level < few->levels(); ++level)
+    EXPECT_EQ(few->charts(level), many->charts(level)) << level;
+  EXPECT_EQ(differences_between(decode_bytes(usual->bytes).value(), decode_bytes(small->bytes).value()), "");
+}
+
 TEST(RandomFile, RefusesSolids) {
   Mesh mesh = tetrahedron();
   CellBlock& block = mesh.blocks.emplace_back();

@@ -61,3 +61,10 @@ try maille probe grid.maille --at 0.05,0.05,0.05 --arrays T
 try maille extract grid.maille none.vtu --sphere 0,0,0,-1
 maille verify grid.maille
 files_like 'none*'
+# Of surfaces: charts of that size, where a small box decodes less.
+maille subdivide -q wave.ply fine.ply --levels 4
+maille compress -q --mode random fine.ply usual.maille
+maille compress -q --mode random --pieces auto fine.ply auto.maille; cmp usual.maille auto.maille
+maille compress -q --mode random --pieces 1024 fine.ply small.maille
+maille verify -q small.maille --against fine.ply
+maille info --json usual.maille | json 'j["levels"][0]["charts"]'; maille info --json small.maille | json 'j["levels"][0]["charts"]'

@@ -11,7 +11,7 @@ RandomFile random_file(const Mesh& mesh, const EncodeOptions& options, uint32_t 
   EncodeOptions random = options;
   random.mode = Mode::random;
   HierarchyOptions hierarchy;
-  hierarchy.chart_faces = chart_faces;
+  hierarchy.sizes = {chart_faces, chart_faces};
   const auto report = encode_random(mesh, *sink, random, hierarchy);
   if (report) return file;
   file.error = report.error().message;

@@ -321,7 +321,7 @@ MAILLE_API int32_t maille_encode_options_set_keep_order(maille_encode_options* o
 MAILLE_API int32_t maille_encode_options_set_bound(maille_encode_options* options, const char* array,
                                                    int32_t kind, double value, maille_error* error);
 /** Cells of a part, at least 1; 0 (default): as it suits. Mode stream: the cells are in pieces of about so
- * many, which maille_volume reads one by one; 262144 suits most. */
+ * many, which maille_volume reads one by one; 262144 suits most. Mode random: triangles of a chart. */
 MAILLE_API int32_t maille_encode_options_set_part_cells(maille_encode_options* options, uint64_t cells,
                                                         maille_error* error);
 /** 1 (default): the calling thread alone; 0: as many as the machine has. */

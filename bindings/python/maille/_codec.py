@@ -230,6 +230,7 @@ def write(path: Union[str, os.PathLike[str], IO[bytes]], mesh: Mesh, *, error: B
     :param effort: 1 (fast) to 9 (small); 5.
     :param order: "keep" that of points and cells, or "any" that is cheap. Without it streams keep it.
     :param pieces: volumes: cut into pieces of so many cells, which are read alone; "auto": as many as suit most.
+        Mode "random": charts of about so many triangles instead of 4096.
     :param for_: "web", "print", "archive", "simulation" or "scan": as `maille compress --for`; what is given
         beside it comes first.
     :param time: mode stream: of the mesh's own values, where steps of time are to follow (:func:`append`).

@@ -144,14 +144,14 @@ def encoding(mesh: Mesh, *, error: Bound = None, relative_error: Bound = None, p
         raise ValueError(f"order: 'keep' or 'any' is wanted, not {order!r}")
     # As the command does: a stream keeps the order of its cells, which is mostly a sweep of a solver.
     keep = order == "keep" or (order is None and (purpose.keep_order or stream))
-    if pieces == "auto":
-        pieces = _core.cells_of_volume_piece
+    if pieces == "auto":  # charts have a usual size where none is given
+        pieces = None if number == MODES["random"] else _core.cells_of_volume_piece
     if pieces is None and stream:
         pieces = purpose.pieces
     if pieces is not None and (isinstance(pieces, str) or int(pieces) < 1):
         raise ValueError(f"pieces: 'auto' or a number of cells is wanted, not {pieces!r}")
-    if pieces is not None and not stream:
-        raise Error("pieces: they are for volumes, mode='stream'; of surfaces mode='random' has parts")
+    if pieces is not None and number == MODES["single"]:
+        raise Error("pieces: they are for volumes, mode='stream', and for surfaces with mode='random'")
     level = effort if effort is not None else purpose.effort if purpose.effort is not None else 5
     if not isinstance(level, int) or not 1 <= level <= 9:
         raise ValueError(f"effort: a number from 1 (fast) to 9 (small) is wanted, not {level!r}")

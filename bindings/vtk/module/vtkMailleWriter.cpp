@@ -44,7 +44,7 @@ maille::EncodeOptions vtkMailleWriter::State::options(const vtkMailleWriter& wri
   options.effort = writer.Effort;
   options.positions = positions;
   options.arrays = arrays;
-  if (stream && writer.CellsPerPiece > 0)
+  if (options.mode != maille::Mode::single && writer.CellsPerPiece > 0)
     options.most_cells_per_part = static_cast<uint64_t>(writer.CellsPerPiece);
   options.executor = maille_vtk::threads(static_cast<unsigned>(writer.NumberOfThreads));
   return options;

@@ -47,7 +47,8 @@ class MAILLEVTK_EXPORT vtkMailleWriter : public vtkWriter {
   ///@}
   ///@{
   /// Mode STREAM: volumes are cut into pieces of space of about so many cells, which are read alone, and by
-  /// several processes. 0, the default: one piece. 262144 suits most uses.
+  /// several processes. 0, the default: one piece. 262144 suits most uses. Mode RANDOM: triangles of a chart
+  /// of the finest level; 4096 if 0.
   vtkSetClampMacro(CellsPerPiece, int, 0, VTK_INT_MAX);
   vtkGetMacro(CellsPerPiece, int);
   ///@}

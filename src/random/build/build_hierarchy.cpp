@@ -20,7 +20,7 @@ class Builder {
   Result<Hierarchy> run() {
     class_of_ = lowest_at_place(positions_);
     MAILLE_CHECK(report(0));
-    result_.charts = cut_into_charts(faces_, {positions_, class_of_, {}}, sizes(), executor_);
+    result_.charts = cut_into_charts(faces_, {positions_, class_of_, {}}, options_.sizes, executor_);
     const uint64_t all = triangles_from(0);
     uint64_t before = all;
     for (uint32_t begin = 0, end = size(); end - begin > 1; begin = end, end = size()) {
@@ -42,7 +42,6 @@ class Builder {
 
  private:
   uint32_t size() const { return static_cast<uint32_t>(result_.charts.size()); }
-  ChartSizes sizes() const { return {options_.chart_faces, options_.group_charts}; }
   /// Polygons count as the triangles that they become.
   uint64_t triangles_from(uint32_t begin) const {
     uint64_t count = 0;
@@ -56,9 +55,9 @@ class Builder {
 
   void simplify_level(uint32_t begin, uint32_t end) {
     const uint32_t level = result_.charts[begin].level;
-    auto groups =
-        simplify_charts(faces_, {positions_, class_of_, {}, options_.corner_values},
-                        std::span(result_.charts).subspan(begin, end - begin), true, sizes(), executor_);
+    auto groups = simplify_charts(faces_, {positions_, class_of_, {}, options_.corner_values},
+                                  std::span(result_.charts).subspan(begin, end - begin), true, options_.sizes,
+                                  executor_);
     for (SimplifiedGroup& group : groups) {
       for (uint32_t& input : group.inputs) input += begin;
       const uint32_t number =

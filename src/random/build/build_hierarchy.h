@@ -3,15 +3,14 @@
 #include <maille/error.h>
 #include <maille/executor.h>
 
+#include "random/build/level_builder.h"
 #include "random/build/spatial_graph.h"
 #include "random/hierarchy.h"
 
 namespace maille {
 
 struct HierarchyOptions {
-  uint32_t chart_faces =
-      4096;  ///< triangles wished for in a chart; a polygon counts as the triangles it can be cut into
-  uint32_t group_charts = 8;
+  ChartSizes sizes;
   Executor* executor = nullptr;  ///< nullptr: serial
   Progress progress;
   /// By corner: at one vertex equal numbers, equal values; see seams.h. Empty: they do not differ.

@@ -103,7 +103,7 @@ class Cuts {
 
 Hierarchy build(const FacesInSpace& faces, uint32_t chart_faces, Executor* executor = nullptr) {
   HierarchyOptions options;
-  options.chart_faces = chart_faces;
+  options.sizes = {chart_faces, chart_faces};
   options.executor = executor;
   return build_hierarchy(faces.lists(), faces.positions, faces.vertices(), options).value();
 }

@@ -46,6 +46,10 @@ Sphere sphere_of(std::span<const uint32_t> vertices, std::span<const float> posi
   return sphere;
 }
 
+/// What may be asked for. Below, headers and index are a third of a file (docs/random-access.md); above,
+/// coarser levels of charts as large are no longer seen soon.
+constexpr uint64_t least_chart_faces = 128, most_chart_faces = uint64_t{1} << 20;
+
 /// A group at work: its triangles over vertices of its own.
 struct GroupJob {
   std::vector<uint32_t> vertices;  ///< numbers in the mesh, by first use
@@ -70,7 +74,7 @@ class LevelBuilder {
     std::vector<uint32_t> corners(faces_.corners.size());
     for (size_t i = 0; i < corners.size(); ++i) corners[i] = joined[faces_.corners[i]];
     const SpatialGraph graph = dual_graph({corners, faces_.first}, vertices_.positions, vertices_.size());
-    const std::vector<uint32_t> part_of = cut_into_parts(graph, {.target = sizes_.chart_faces}, executor);
+    const std::vector<uint32_t> part_of = cut_into_parts(graph, {.target = sizes_.finest_faces}, executor);
     uint32_t count = 0;
     for (const uint32_t part : part_of) count = std::max(count, part + 1);
     std::vector<Chart> charts(count);
@@ -389,6 +393,14 @@ std::vector<uint32_t> lowest_at_place(std::span<const float> positions) {
     class_of[now] = table[at];
   }
   return class_of;
+}
+
+ChartSizes ChartSizes::of(const std::optional<uint64_t>& cells) {
+  ChartSizes sizes;
+  if (!cells) return sizes;
+  sizes.finest_faces = static_cast<uint32_t>(std::clamp(*cells, least_chart_faces, most_chart_faces));
+  sizes.chart_faces = std::max(sizes.chart_faces, sizes.finest_faces);
+  return sizes;
 }
 
 std::vector<Chart> cut_into_charts(const FaceLists& faces, const LevelVertices& vertices,

@@ -2,6 +2,7 @@
 
 #include <maille/executor.h>
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -10,10 +11,17 @@
 
 namespace maille {
 
-/// How charts and groups are cut.
+/// How charts and groups are cut, in triangles; a polygon counts as the triangles it can be cut into.
 struct ChartSizes {
-  uint32_t chart_faces = 4096;
-  uint32_t group_charts = 8;
+  /// Wished for in a chart of level 0. With fewer than in other charts, a group has more of them, so that the
+  /// coarser levels stay what they are.
+  uint32_t finest_faces = 4096;
+  uint32_t chart_faces = 4096;  ///< of all other levels
+  uint32_t group_charts = 8;    ///< a group has so many times chart_faces
+
+  /// The sizes that `most_cells_per_part` asks for. Coarser charts are never smaller than usual, but as large
+  /// as the finest.
+  static ChartSizes of(const std::optional<uint64_t>& cells);
 };
 
 /// The vertices of a mesh, or of a piece of one whose border to other pieces stays as it is.

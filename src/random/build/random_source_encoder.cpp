@@ -123,7 +123,7 @@ class SourceEncoder {
   Result<> make_tables_of_windows() {
     if (!can_share()) return {};
     const uint32_t count = std::min(windows_->count(), windows_in_sample);
-    const uint64_t faces = charts_in_sample / count * rules_.sizes.chart_faces;
+    const uint64_t faces = charts_in_sample / count * rules_.sizes.finest_faces;
     for (uint32_t i = 0; i < count; ++i) {
       const auto window = static_cast<uint32_t>(uint64_t{i} * windows_->count() / count);
       MAILLE_CHECK(sample_window(windows_->mesh_of(MAILLE_TRY(windows_->load(window))), faces, rules_));

@@ -21,7 +21,7 @@ namespace {
 
 SourceBuilding small_windows(uint64_t faces, uint32_t chart_faces = 16) {
   SourceBuilding building;
-  building.sizes.chart_faces = chart_faces;
+  building.sizes = {chart_faces, chart_faces};
   building.window_faces = faces;
   building.space.memory = uint64_t{1} << 30;
   return building;

@@ -23,7 +23,7 @@ struct Sample {
 
   Sample() {
     HierarchyOptions options;
-    options.chart_faces = 256;
+    options.sizes = {256, 256};
     hierarchy = build_hierarchy(faces.lists(), faces.positions, faces.vertices(), options).value();
     indexed = index_hierarchy(hierarchy, faces.lists(), {faces.positions, {}, 0});
     index = ChartIndex(static_cast<uint32_t>(indexed.groups.size()));
