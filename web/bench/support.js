@@ -8,10 +8,11 @@ export const root = fileURLToPath(new URL('../..', import.meta.url));
 export const build = process.env.MAILLE_BUILD ?? path.join(root, 'build/release');
 const cache = process.env.MAILLE_BENCH_FILES ?? path.join(root, 'build/web-bench');
 
-/** A mesh of build/data, compressed; made once. */
-export function compressed(mesh, ...options) {
+/** A mesh of build/data, or of a path, compressed to a file of such an extension; made once. */
+export const compressed = (mesh, ...options) => compressedAs('maille', mesh, ...options);
+export function compressedAs(extension, mesh, ...options) {
   mkdirSync(cache, {recursive: true});
-  const file = path.join(cache, `${path.basename(mesh)}${options.join('')}.maille`);
+  const file = path.join(cache, `${path.basename(mesh)}${options.join('')}.${extension}`);
   const input = path.isAbsolute(mesh) ? mesh : path.join(root, 'build/data', mesh);
   if (!existsSync(file)) execFileSync(path.join(build, 'tool/maille'), ['compress', '-q', ...options, input, file]);
   return file;
