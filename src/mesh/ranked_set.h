@@ -1,7 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace maille {
@@ -49,5 +51,20 @@ class RankedSet {
   std::vector<uint32_t> before_;
   uint32_t size_ = 0;
 };
+
+/// Makes of each number its rank among all of them, and returns the number of each rank: rising, each once.
+/// Nothing is sorted; it takes a set of the numbers from the lowest to the highest.
+inline std::vector<uint32_t> rank_all(std::span<uint32_t> numbers) {
+  if (numbers.empty()) return {};
+  const auto [low, high] = std::minmax_element(numbers.begin(), numbers.end());
+  const uint32_t first = *low;
+  RankedSet set(uint64_t{*high} - first + 1);
+  for (const uint32_t number : numbers) set.add(number - first);
+  set.count();
+  for (uint32_t& number : numbers) number = set.rank(number - first);
+  std::vector<uint32_t> ranked = set.numbers();
+  for (uint32_t& number : ranked) number += first;
+  return ranked;
+}
 
 }  // namespace maille

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <numeric>
 
+#include "mesh/ranked_set.h"
 #include "random/build/bisection.h"
 #include "random/build/deviation.h"
 #include "random/build/simplifier.h"
@@ -52,7 +53,7 @@ constexpr uint64_t least_chart_faces = 128, most_chart_faces = uint64_t{1} << 20
 
 /// A group at work: its triangles over vertices of its own.
 struct GroupJob {
-  std::vector<uint32_t> vertices;  ///< numbers in the mesh, by first use
+  std::vector<uint32_t> vertices;  ///< numbers in the mesh, rising
   std::vector<uint32_t> triangles;
   std::vector<float> positions;
   std::vector<uint8_t> locked;
@@ -260,13 +261,12 @@ class LevelBuilder {
 
   GroupJob collect(const SimplifiedGroup& group) const {
     GroupJob job;
-    std::vector<uint32_t> used;
     for (const uint32_t chart : group.inputs) {
       for_each_triangle(faces_, vertices_.class_of, charts_[chart], [&](uint32_t a, uint32_t b, uint32_t c) {
         for (const uint32_t v : {a, b, c}) job.triangles.push_back(v);
       });
     }
-    number_vertices(job);
+    job.vertices = rank_all(job.triangles);
     for (const uint32_t v : job.vertices) {
       job.positions.insert(job.positions.end(), &vertices_.positions[size_t{3} * v],
                            &vertices_.positions[size_t{3} * v] + 3);
@@ -274,33 +274,6 @@ class LevelBuilder {
     }
     if (!vertices_.corner_values.empty()) collect_origins(group, job);
     return job;
-  }
-
-  /// Rising, as in the whole: in a table, if that is not much larger than the group.
-  static void number_vertices(GroupJob& job) {
-    if (job.triangles.empty()) return;
-    const auto [low, high] = std::minmax_element(job.triangles.begin(), job.triangles.end());
-    const uint32_t first = *low, range = *high - *low + 1;
-    // Numbers that are scattered over the mesh would need a table much larger than the group; they are sorted
-    // instead.
-    if (range > 16 * job.triangles.size()) {
-      job.vertices = job.triangles;
-      std::sort(job.vertices.begin(), job.vertices.end());
-      job.vertices.erase(std::unique(job.vertices.begin(), job.vertices.end()), job.vertices.end());
-      for (uint32_t& v : job.triangles) {
-        v = static_cast<uint32_t>(std::lower_bound(job.vertices.begin(), job.vertices.end(), v) -
-                                  job.vertices.begin());
-      }
-      return;
-    }
-    std::vector<uint32_t> number(range, no_group);
-    for (const uint32_t v : job.triangles) number[v - first] = 0;
-    for (uint32_t v = 0; v < range; ++v) {
-      if (number[v] == no_group) continue;
-      number[v] = static_cast<uint32_t>(job.vertices.size());
-      job.vertices.push_back(first + v);
-    }
-    for (uint32_t& v : job.triangles) v = number[v - first];
   }
 
   GroupJob run_group(const SimplifiedGroup& group, bool last) const {

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 #include "base/bytes.h"
 #include "base/result.h"
+#include "mesh/ranked_set.h"
 #include "random/build/sampled_maps.h"
 #include "random/mesh_geometry.h"
 
@@ -35,23 +37,20 @@ MeshPart part_of(const Piece& piece, const FaceLists& faces, std::span<const uin
   CellBlock& block = part.mesh.blocks.emplace_back();
   block.type = piece.type;
   if (nodes_of(piece.type) == 0) block.offsets.push_back(0);
-  std::vector<uint32_t>& points = part.numbers.points;
-  points.assign(more.begin(), more.end());
+  std::vector<uint32_t> nodes;
   for (const uint32_t face : chosen) {
     const auto corners = faces.face(face);
-    points.insert(points.end(), corners.begin(), corners.end());
+    nodes.insert(nodes.end(), corners.begin(), corners.end());
     part.numbers.cells.push_back(face);
     part.numbers.first_corner.push_back(static_cast<uint32_t>(corners.data() - faces.corners.data()));
+    if (nodes_of(piece.type) == 0) block.offsets.push_back(nodes.size());
   }
-  sort_unique(points);
-  for (const uint32_t face : chosen) {
-    for (const uint32_t v : faces.face(face)) {
-      const auto at = std::lower_bound(points.begin(), points.end(), v) - points.begin();
-      block.connectivity.push_back(static_cast<uint32_t>(at));
-    }
-    if (nodes_of(piece.type) == 0) block.offsets.push_back(block.connectivity.size());
-  }
-  part.mesh.points.resize(points.size());
+  const size_t corners = nodes.size();
+  nodes.insert(nodes.end(), more.begin(), more.end());
+  part.numbers.points = rank_all(nodes);
+  part.mesh.points.resize(part.numbers.points.size());
+  nodes.resize(corners);
+  block.connectivity = std::move(nodes);
   return part;
 }
 
@@ -71,6 +70,20 @@ struct SharedBy {
     return shared;
   }
 };
+
+/// How many charts have each point, up to 2. Points of no face are in the first chart alone.
+void count_charts(const Piece& piece, std::span<const Chart> charts, std::span<const uint32_t> unused,
+                  std::vector<uint8_t>& count) {
+  std::vector<uint32_t> last(count.size(), no_group);
+  for (const uint32_t point : unused) count[point] = 1;
+  for (uint32_t i = 0; i < charts.size(); ++i) {
+    for (const uint32_t face : charts[i].faces) {
+      for (const uint32_t v : piece.faces.face(face)) {
+        if (std::exchange(last[v], i) != i) count[v] = static_cast<uint8_t>(std::min(count[v] + 1, 2));
+      }
+    }
+  }
+}
 
 ElementOrder order_of(const Piece& piece, const PatchSources& sources) {
   ElementOrder order;
@@ -130,18 +143,20 @@ Result<std::vector<ChartOfPiece>> code_all(const Piece& piece, const PieceRules&
 CoarseChart coarse_chart(const Piece& piece, const Chart& chart, const std::vector<uint8_t>& border) {
   CoarseChart coarse;
   coarse.sphere = chart.sphere;
-  std::vector<uint32_t> vertices = chart.triangles;
-  sort_unique(vertices);
+  coarse.triangles = chart.triangles;
+  std::vector<uint32_t> vertices = rank_all(coarse.triangles);
   // Own points of a window come before those of others, whatever their numbers.
-  std::sort(vertices.begin(), vertices.end(),
-            [&](uint32_t a, uint32_t b) { return piece.ids[a] < piece.ids[b]; });
+  std::vector<uint32_t> order(vertices.size()), place(vertices.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::sort(order.begin(), order.end(),
+            [&](uint32_t a, uint32_t b) { return piece.ids[vertices[a]] < piece.ids[vertices[b]]; });
+  for (uint32_t i = 0; i < order.size(); ++i) place[order[i]] = i;
+  for (uint32_t& v : coarse.triangles) v = place[v];
+  for (uint32_t& v : order) v = vertices[v];
+  vertices = std::move(order);
   for (const uint32_t v : vertices) {
     coarse.ids.push_back(piece.ids[v]);
     if (border[v] != 0) coarse.border.push_back(piece.ids[v]);
-  }
-  for (const uint32_t v : chart.triangles) {
-    const auto at = std::lower_bound(coarse.ids.begin(), coarse.ids.end(), piece.ids[v]);
-    coarse.triangles.push_back(static_cast<uint32_t>(at - coarse.ids.begin()));
   }
   for (const ArrayToCode& coded : piece.arrays) {
     if (coded.array->domain != Domain::point) continue;
@@ -357,10 +372,7 @@ Result<LevelPiece> code_window(const WindowMesh& window, const PieceRules& rules
     return part_of(piece, piece.faces, charts[i].faces,
                    i == 0 ? std::span<const uint32_t>(window.unused) : std::span<const uint32_t>());
   };
-  for (size_t i = 0; i < charts.size(); ++i) {
-    for (const uint32_t point : part_at(i).numbers.points)
-      shared.charts[point] = static_cast<uint8_t>(std::min(shared.charts[point] + 1, 2));
-  }
+  count_charts(piece, charts, window.unused, shared.charts);
   result.charts = MAILLE_TRY(code_all(piece, rules, charts, part_at, &shared, executor));
   if (!alone || charts.size() > 1) result.groups = simplify(piece, charts, rules, alone, executor);
   return result;

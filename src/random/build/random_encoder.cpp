@@ -8,6 +8,7 @@
 #include "base/hash.h"
 #include "base/result.h"
 #include "description/element_order.h"
+#include "mesh/ranked_set.h"
 #include "random/build/build_hierarchy.h"
 #include "random/build/hierarchy_index.h"
 #include "random/build/random_writer.h"
@@ -52,17 +53,11 @@ MeshPart coarse_part(const Chart& chart, std::span<const uint32_t> corners, cons
   MeshPart part;
   std::vector<uint32_t> triangles = chart.triangles;
   for (size_t i = 0; i < chart.corners.size(); ++i) triangles[i] = seams.point_of[corners[chart.corners[i]]];
+  part.numbers.points = rank_all(triangles);
+  part.mesh.points.resize(part.numbers.points.size());
   CellBlock& block = part.mesh.blocks.emplace_back();
   block.type = CellType::triangle;
-  std::vector<uint32_t>& points = part.numbers.points;
-  points = triangles;
-  std::sort(points.begin(), points.end());
-  points.erase(std::unique(points.begin(), points.end()), points.end());
-  for (const uint32_t v : triangles) {
-    const auto at = std::lower_bound(points.begin(), points.end(), v) - points.begin();
-    block.connectivity.push_back(static_cast<uint32_t>(at));
-  }
-  part.mesh.points.resize(points.size());
+  block.connectivity = std::move(triangles);
   for (uint32_t i = 0; i < chart.face_count(); ++i) {
     part.numbers.cells.push_back(chart.origins.empty() ? i : chart.origins[i]);
     part.numbers.first_corner.push_back(3 * i);

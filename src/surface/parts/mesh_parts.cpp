@@ -4,40 +4,10 @@
 #include <atomic>
 
 #include "base/chunks.h"
+#include "mesh/ranked_set.h"
 
 namespace maille {
 namespace {
-
-/// Points of a mesh, and how many of them lie below one: a bit for each point of the mesh, as all parts may
-/// have such a set at once, and a number of each would be 32 times as much.
-class PointSet {
- public:
-  explicit PointSet(size_t points) : bits_((points + 63) / 64) {}
-
-  void insert(uint32_t point) { bits_[point >> 6] |= uint64_t{1} << (point & 63); }
-  /// In ascending order. From here on they can be ranked.
-  std::vector<uint32_t> list() {
-    std::vector<uint32_t> points;
-    size_t count = 0;
-    for (const uint64_t word : bits_) count += static_cast<size_t>(__builtin_popcountll(word));
-    points.reserve(count);
-    below_.reserve(bits_.size());
-    for (size_t word = 0; word < bits_.size(); ++word) {
-      below_.push_back(static_cast<uint32_t>(points.size()));
-      for (uint64_t left = bits_[word]; left != 0; left &= left - 1)
-        points.push_back(static_cast<uint32_t>(64 * word) + static_cast<uint32_t>(__builtin_ctzll(left)));
-    }
-    return points;
-  }
-  uint32_t rank(uint32_t point) const {
-    const uint64_t before = bits_[point >> 6] & ((uint64_t{1} << (point & 63)) - 1);
-    return below_[point >> 6] + static_cast<uint32_t>(__builtin_popcountll(before));
-  }
-
- private:
-  std::vector<uint64_t> bits_;
-  std::vector<uint32_t> below_;  // by word
-};
 
 std::vector<uint32_t> find_unused_points(const Mesh& mesh, Executor& executor) {
   // Several threads may set one point; all set the same, so no order is needed.
@@ -68,7 +38,7 @@ void visit_cells(const Mesh& mesh, std::span<const uint32_t> cells, Visit visit)
 
 /// Cells keep their order, and corners get the ranks of their points. Corners are counted first, so that
 /// nothing grows by doubling.
-void copy_cells(const Mesh& mesh, std::span<const uint32_t> cells, const PointSet& points, Mesh& part) {
+void copy_cells(const Mesh& mesh, std::span<const uint32_t> cells, const RankedSet& points, Mesh& part) {
   std::vector<size_t> corners(mesh.blocks.size());
   visit_cells(mesh, cells, [&](size_t b, uint64_t cell) { corners[b] += mesh.blocks[b].cell(cell).size(); });
   for (size_t b = 0; b < corners.size(); ++b) {
@@ -121,15 +91,16 @@ MeshParts::MeshParts(const Mesh& mesh, std::span<const uint32_t> part_of, Execut
 MeshPart MeshParts::take(size_t part) {
   MeshPart taken;
   std::vector<uint32_t> cells = std::move(cells_[part]);
-  PointSet points(mesh_.point_count());
+  RankedSet points(mesh_.point_count());
   visit_cells(mesh_, cells, [&](size_t b, uint64_t cell) {
-    for (const uint32_t node : mesh_.blocks[b].cell(cell)) points.insert(node);
+    for (const uint32_t node : mesh_.blocks[b].cell(cell)) points.add(node);
   });
   // Points of no cell must be in one part.
   if (part == 0) {
-    for (const uint32_t point : unused_points_) points.insert(point);
+    for (const uint32_t point : unused_points_) points.add(point);
   }
-  taken.numbers.points = points.list();
+  points.count();
+  taken.numbers.points = points.numbers();
   taken.mesh.points = make_array({}, Domain::point, Scalar::u8, 1);
   taken.mesh.points.resize(taken.numbers.points.size());
   copy_cells(mesh_, cells, points, taken.mesh);
