@@ -26,4 +26,4 @@ set(maille_left_out
   "volume/order/(delay_buffer|last_uses|reordered_source)"
   "volume/ranks/"
   "volume/pieces/(bisection|cell_merger|mesh_spool|packed_cells|pieces_to_sink|point_sharing|scratch_lists|shared_numbers|source_pieces)"
-  "volume/stream/(mesh_stream|source_|stream_file_encoder|stream_writer)")
+  "volume/stream/(append_step|mesh_stream|remove_step|source_|step_partners|step_writer|stream_file_encoder|stream_writer)")

@@ -5,6 +5,7 @@
 #include "base/result.h"
 #include "volume/pieces/in_rounds.h"
 #include "volume/pieces/piece_reader.h"
+#include "volume/stream/append_step.h"
 #include "volume/stream/time_steps.h"
 
 namespace maille {

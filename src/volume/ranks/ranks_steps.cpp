@@ -16,6 +16,7 @@
 #include "volume/ranks/part_layout.h"
 #include "volume/ranks/piece_exchange.h"
 #include "volume/ranks/rank_maps.h"
+#include "volume/stream/append_step.h"
 #include "volume/stream/numbered_arrays.h"
 #include "volume/stream/stream_file.h"
 #include "volume/stream/time_steps.h"

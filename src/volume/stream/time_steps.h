@@ -2,8 +2,6 @@
 
 #include <maille/stream.h>
 
-#include <memory>
-
 #include "container/file_reader.h"
 #include "volume/stream/stream_layout.h"
 
@@ -12,6 +10,9 @@ namespace maille {
 /// Chunks of files of mode stream that this version reads.
 inline constexpr std::string_view stream_chunk_types[] = {"DESC", "CELL", "POSI", "ARRY", "TAIL", "STEP",
                                                           "SVAL", "PIEC", "GIDS", "PIDX", "SIDX"};
+
+/// The description of the mesh, found by the index. Error: corrupt.
+Result<StreamHeader> header_of(const FileReader& file);
 
 /// How many steps of time stand behind the mesh: they are numbered from 1 without gaps.
 uint64_t count_steps(const FileReader& file);
@@ -26,24 +27,5 @@ Result<std::vector<StepHeader>> read_steps(const FileReader& file, const std::ve
 
 /// The same as list_steps() has them, of what is there of the file.
 Result<std::vector<StreamStep>> steps_of(const FileReader& file, const StreamHeader& mesh);
-
-/// A step of time that is to be appended to a file: what is known of that file.
-struct StepTarget {
-  std::unique_ptr<FileReader> file;
-  StreamHeader mesh;
-  StreamTail tail;
-};
-/// Error: usage, where the file takes no steps, or not these arrays at this time.
-Result<StepTarget> open_for_step(const Source& source, const StepHeader& step);
-/// Whether a step of so many points and cells can be one of the mesh. Error: usage, with both counts.
-Result<> check_counts(const Source& source, const StepTarget& target, uint64_t points, uint64_t cells);
-/// What changes of the metadata. Error: corrupt.
-Result<> set_metadata(const FileReader& file, const StreamHeader& mesh, const StepOptions& options,
-                      StepHeader& step);
-
-/// The bytes of one more step behind a stream that keeps its order, for which `values` are by number of its
-/// points and cells. Errors: as append_step().
-Result<std::vector<std::byte>> step_behind(const Source& stream, StepHeader step, StepSource& values,
-                                           const StepOptions& options, StepReport& report);
 
 }  // namespace maille
