@@ -11,7 +11,7 @@
 namespace maille::testing {
 namespace {
 
-/// All surfaces of the shared data (or CGAL's examples) that a reader exists for, largest first.
+/// All surfaces of the shared data (or of packages) that a reader exists for, largest first.
 std::vector<std::string> surface_files() {
   std::vector<std::string> files;
   for (const char* folder : {"tri", "poly", "terrain", "textured"}) {

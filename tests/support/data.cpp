@@ -16,7 +16,7 @@ std::string data_folder() {
 std::vector<std::string> data_files(const std::string& folder) {
   std::vector<std::string> files;
   const std::string path = data_folder() + "/" + folder;
-  // Without the shared meshes there may be CGAL's examples (scripts/data), in some of the folders only.
+  // Without the shared meshes there are those of packages (scripts/data), perhaps not in all folders.
   if (data_folder().empty() || !std::filesystem::exists(path)) return files;
   for (const auto& entry : std::filesystem::directory_iterator(path)) files.push_back(entry.path().string());
   std::sort(files.begin(), files.end());

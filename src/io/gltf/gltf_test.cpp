@@ -543,8 +543,10 @@ TEST(GltfReader, ReadsRealFilesAndTheirCopies) {
     std::vector<std::string> arrays;
   } files[] = {{"scallop.glb", 60002, 120000, {"colour", "normal"}},
                {"SheenCloth.glb", 58081, 115200, {"normal", "tangent", "texcoord"}},
-               {"usd-shaderball-ball.glb", 36112, 63856, {"colour", "colour_1", "normal", "texcoord"}}};
-  // CGAL's examples, which take the place of the shared meshes elsewhere, have no glTF.
+               {"usd-shaderball-ball.glb", 36112, 63856, {"colour", "colour_1", "normal", "texcoord"}},
+               // Where meshes come from Debian's packages (scripts/data).
+               {"2CylinderEngine.glb", 55843, 75730, {"normal"}},
+               {"BoxTextured.glb", 24, 12, {"normal", "texcoord"}}};
   if (data_files("textured").empty()) GTEST_SKIP() << "there are no textured meshes in " << data_folder();
   for (const auto& file : files) {
     // The sanitizer build is given the small files only.
@@ -563,6 +565,11 @@ TEST(GltfReader, ReadsRealFilesAndTheirCopies) {
     std::erase_if(mesh.metadata, [](const auto& pair) { return pair.first == "gltf.asset"; });
     Mesh back = round_trip(mesh);
     std::erase_if(back.metadata, [](const auto& pair) { return pair.first == "gltf.asset"; });
+    // Cameras are left out of a copy, and so is what refers to them.
+    for (auto& [name, text] : mesh.metadata) {
+      constexpr std::string_view camera = R"("camera":0,)";
+      if (const size_t at = text.find(camera); at != std::string::npos) text.erase(at, camera.size());
+    }
     expect_same_mesh(back, mesh);
   }
 }
