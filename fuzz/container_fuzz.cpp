@@ -1,5 +1,7 @@
 // The container reader on any bytes, and the round trip of any streams.
 
+#include <maille/version.h>
+
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
@@ -67,7 +69,7 @@ void round_trip(Bytes input) {
   }
   std::vector<std::byte> file;
   const auto sink = memory_sink(file);
-  auto writer = FileWriter::begin(*sink, {.major = 0, .minor = 1});
+  auto writer = FileWriter::begin(*sink, {.major = format_major, .minor = format_minor});
   for (size_t i = 0; i < contents.size(); ++i) {
     require(
         writer->write_stream({"Fuzz", static_cast<uint32_t>(i / 3), static_cast<uint32_t>(i)}, contents[i])

@@ -92,7 +92,13 @@ void run(Bytes input) {
     require(comparison.equal, "what was decoded is what was encoded");
   }
   const auto again = encoded(*back, options);
-  require(again.has_value() && *again == *file, "encoding what was decoded gives the same file");
+  require(again.has_value(), "what was decoded can be encoded");
+  // Mostly it is the same file: docs/encoder.md names when it is not. Its mesh is the same where the bound
+  // does not depend on the box of the points, which rounding moves.
+  const auto twice = decoded(*again, uint64_t{1} << 30);
+  require(twice.has_value(), "what was encoded again can be decoded");
+  if (lossless || options.positions.kind == Tolerance::Kind::absolute)
+    require(compare(*back, *twice).equal, "encoding what was decoded changes nothing");
 }
 
 }  // namespace

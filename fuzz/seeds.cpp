@@ -1,7 +1,10 @@
-// Writes first inputs for the fuzzers: seeds FOLDER. Small meshes of all kinds, in all forms.
+// Writes first inputs for the fuzzers: seeds FOLDER [EVERY]. Small meshes of all kinds, in all forms; every
+// EVERY-th of them.
 
 #include <maille/io.h>
 
+#include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
@@ -9,6 +12,7 @@
 #include "io/gzip.h"
 #include "packed_streams.h"
 #include "random/random_file.h"
+#include "support/random.h"
 #include "support/random_mesh.h"
 #include "support/random_volume.h"
 #include "surface/fans/fan_patch.h"
@@ -141,13 +145,22 @@ void save_charts(const std::filesystem::path& folder, uint64_t seed, const Mesh&
        streams_of_file(file, Mode::random));
 }
 
+/// Any bytes are a mesh there; small ones are blocks, arrays and numbers near one another.
+void save_round_trip(const std::filesystem::path& folder, uint64_t seed) {
+  testing::Random random(seed);
+  std::vector<std::byte> bytes(100 + random.below(1500));
+  for (std::byte& byte : bytes) byte = static_cast<std::byte>(random.below(seed % 2 == 0 ? 256 : 8));
+  save(folder / "round_trip_fuzz" / std::to_string(seed), static_cast<uint8_t>(random.below(256)), bytes);
+}
+
 }  // namespace
 }  // namespace maille::fuzzing
 
 int main(int count, char** arguments) {
   using namespace maille;
-  if (count != 2) return 2;
-  for (uint64_t seed = 0; seed < 300; ++seed) {
+  if (count != 2 && count != 3) return 2;
+  const uint64_t every = count == 3 ? std::max(1ul, std::strtoul(arguments[2], nullptr, 10)) : 1;
+  for (uint64_t seed = 0; seed < 300; seed += every) {
     testing::RandomMeshOptions options;
     options.faces = seed % 4 == 0 ? 60 : 15;
     options.arrays = seed % 2 == 0;
@@ -156,6 +169,7 @@ int main(int count, char** arguments) {
     fuzzing::save_file(arguments[1], seed, mesh);
     fuzzing::save_topology(arguments[1], seed, mesh);
     fuzzing::save_fans(arguments[1], seed, mesh);
+    fuzzing::save_round_trip(arguments[1], seed);
     if (seed < 100) fuzzing::save_charts(arguments[1], seed, mesh);
     if (seed < 80) fuzzing::save_stream(arguments[1], seed, testing::random_volume(seed));
     if (seed < 60) fuzzing::save_foreign(arguments[1], seed, mesh);
