@@ -1,5 +1,12 @@
 #pragma once
 
+#if __cplusplus < 202002L
+#error "maille needs C++20: compile with -std=c++20"
+#endif
+#if !__has_include(<tl/expected.hpp>)
+#error "maille needs tl/expected.hpp: libexpected-dev of Debian, tl-expected of vcpkg and Conan"
+#endif
+
 #include <cstdint>
 #include <string>
 #include <tl/expected.hpp>
