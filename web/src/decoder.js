@@ -50,7 +50,11 @@ const BUFFER_WORDS = 12;  // struct Buffer of reader.cpp
 
 /** Compiles the decoder once; `source`: bytes, a Response or promise of one, or a compiled module. */
 export async function compileDecoder(source) {
-  source = await source;
+  try {
+    source = await source;
+  } catch (error) {
+    throw new MailleError(ErrorCode.network, `the decoder cannot be read (${error.message}); setDecoder() tells where it is`);
+  }
   if (source instanceof WebAssembly.Module) return source;
   if (typeof Response !== 'undefined' && source instanceof Response) {
     if (!source.ok) throw new MailleError(ErrorCode.network, `${source.url}: the decoder is not there (${source.status})`);

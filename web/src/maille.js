@@ -45,7 +45,8 @@ async function load(kind) {
   if (given && !isAddress(given.source) && !(kind === 'full' && given.full)) return compileDecoder(given.source);
   const url = given ? addressOf(kind) : besideThis[kind]();
   if (url.protocol !== 'file:') return compileDecoder(fetch(url));
-  const {readFile} = await import('node:fs/promises');
+  // Under node only; a bundler that knows the name would warn that browsers have no such module.
+  const files = 'node:fs/promises', {readFile} = await import(/* webpackIgnore: true */ /* @vite-ignore */ files);
   return compileDecoder(readFile(url));
 }
 function addressOf(kind) {

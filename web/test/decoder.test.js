@@ -2,12 +2,13 @@
 import assert from 'node:assert/strict';
 import {execFileSync} from 'node:child_process';
 import {mkdtempSync, readdirSync, readFileSync, rmSync, writeFileSync} from 'node:fs';
+import {readFile} from 'node:fs/promises';
 import {tmpdir} from 'node:os';
 import path from 'node:path';
 import {after, test} from 'node:test';
 import {fileURLToPath} from 'node:url';
 
-import {Decoder, DecoderFile} from '../src/decoder.js';
+import {compileDecoder, Decoder, DecoderFile} from '../src/decoder.js';
 import {decode, ErrorCode, MailleError, MeshFile, ready, setDecoder} from '../src/maille.js';
 import {instancesOf} from '../src/nodes.js';
 import {Session} from '../src/session.js';
@@ -131,6 +132,12 @@ test('a file loads the decoder that it needs, and a larger one when it asks for 
     globalThis.fetch = own;
     await setDecoder(new URL('maille.wasm', dist));
   }
+});
+
+test('a decoder that is not there is an error of the library', async () => {
+  const absent = readFile(new URL('../nowhere/maille.wasm', import.meta.url));
+  await assert.rejects(compileDecoder(absent), error => error instanceof MailleError && error.code === ErrorCode.network &&
+    /ENOENT.*; setDecoder\(\) tells/.test(error.message));
 });
 
 test('what a renderer asks for within a frame comes later where it takes another decoder', async () => {
