@@ -28,10 +28,8 @@ class Builder {
       MAILLE_CHECK(report(1 - 0.67 * static_cast<double>(before) / static_cast<double>(all)));
       simplify_level(begin, end);
       const uint64_t after = triangles_from(end);
-      // Nothing more can be removed: this level stays out, and several roots are left.
-      // A 32nd is the least gain that is worth a level; chosen, not swept. It also ends the loop: each level
-      // that stays has fewer triangles than the one before.
-      if (after + before / 32 >= before) {
+      // Little more can be removed: this level stays out, and several roots are left.
+      if (!is_worth_a_level(before, after)) {
         drop_level(end);
         break;
       }

@@ -17,7 +17,7 @@ struct HierarchyOptions {
   std::span<const uint32_t> corner_values = {};
 };
 
-/// Cuts a mesh into charts and simplifies it level by level until one chart is left, or nothing more can be
+/// Cuts a mesh into charts and simplifies it level by level until one chart is left, or little more can be
 /// removed. `positions`: three numbers a vertex. Vertices of equal position count as one for the coarser
 /// levels, so meshes of separate triangles have levels as well. The same for any executor. Error: cancelled.
 Result<Hierarchy> build_hierarchy(const FaceLists& faces, std::span<const float> positions, uint32_t vertices,

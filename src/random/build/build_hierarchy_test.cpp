@@ -178,6 +178,22 @@ TEST(Hierarchy, SimplifiesSeparateTrianglesAsOneSurface) {
   EXPECT_LT(hierarchy.charts.back().face_count(), 300u);
 }
 
+// A strip over points anywhere: nothing can go without a large error. All levels together had 3.5 times the
+// faces of the mesh where each was kept that lost a 32nd.
+TEST(Hierarchy, OfWhatCannotBeSimplifiedStaysSmall) {
+  FacesInSpace faces;
+  Random random(7);
+  constexpr uint32_t count = 8000;
+  for (uint32_t i = 0; i < 3 * (count + 2); ++i) faces.positions.push_back(static_cast<float>(random.unit()));
+  for (uint32_t i = 0; i < count; ++i) faces.corners.insert(faces.corners.end(), {i, i + 1, i + 2});
+  const Hierarchy hierarchy = build(faces, 256);
+  expect_sound(faces, hierarchy, 5);
+  std::vector<uint64_t> of_level(hierarchy.levels());
+  for (const Chart& chart : hierarchy.charts) of_level[chart.level] += chart.face_count();
+  for (size_t level = 1; level < of_level.size(); ++level)
+    EXPECT_LE(4 * of_level[level], 3 * of_level[level - 1]) << level;
+}
+
 TEST(Hierarchy, IsTheSameForAnyNumberOfThreads) {
   const FacesInSpace faces = hills(80, 3);
   const auto threads = thread_executor(3);

@@ -27,6 +27,10 @@ struct VertexTriangles {
   }
 };
 
+/// Boxes opened for one vertex. On surfaces a few dozen tell what is nearest; among triangles anywhere nearly
+/// all are near everything, and the distance found by then is a bound as well, if not the least one.
+constexpr unsigned most_boxes = 256;
+
 /// The squared distance of the farthest removed vertex from the triangles that are left.
 double removed_vertices(const SimplifierInput& input, const Simplified& simplified) {
   const TriangleTree tree(simplified.triangles, input.positions);
@@ -45,7 +49,7 @@ double removed_vertices(const SimplifierInput& input, const Simplified& simplifi
     for (uint32_t i = around.first[root]; i < around.first[root + 1] && bound > worst; ++i)
       bound = std::min(bound, tree.to_triangle(from, around.triangles[i]));
     if (bound <= worst) continue;
-    worst = std::max(worst, used[root] ? tree.squared_distance(from, bound, worst) : bound);
+    worst = std::max(worst, used[root] ? tree.squared_distance(from, bound, worst, most_boxes) : bound);
   }
   return worst;
 }

@@ -331,12 +331,12 @@ class SourceEncoder {
     totals.other += chart.bytes.size() - all;
   }
 
-  /// Numbers for the charts that this level became, unless nothing could be removed: then it stays out, and
+  /// Numbers for the charts that this level became, unless little could be removed: then it stays out, and
   /// several roots are left.
   Result<> end_level(uint32_t level) {
     uint64_t after = 0;
     for (const PendingChart& chart : pending_) after += chart.triangles;
-    if (after + triangles_ / 32 >= triangles_) {
+    if (!is_worth_a_level(triangles_, after)) {
       for (size_t g = first_group_; g < hierarchy_.groups.size(); ++g) {
         for (const uint32_t input : hierarchy_.groups[g].inputs) hierarchy_.charts[input].consumer = no_group;
       }

@@ -141,6 +141,22 @@ TEST(TriangleTree, FindsTheNearestOfAll) {
   }
 }
 
+TEST(TriangleTree, OpensNoMoreBoxesThanAllowed) {
+  const Input input(faces_in_space(shapes::torus(40, 30)));
+  const TriangleTree tree(input.faces.corners, input.faces.positions);
+  const Vector3 p{{0.1, 0.2, 0.3}};
+  const double nearest = tree.squared_distance(p, 1e9);
+  EXPECT_EQ(tree.squared_distance(p, 1e9, 0, 0), 1e9);
+  double before = 1e9;
+  for (unsigned most = 1; most < 2000; most *= 2) {
+    const double found = tree.squared_distance(p, 1e9, 0, most);
+    EXPECT_GE(found, nearest);
+    EXPECT_LE(found, before);
+    before = found;
+  }
+  EXPECT_EQ(before, nearest);
+}
+
 TEST(TriangleTree, KnowsFacesEdgesAndCorners) {
   const std::vector<float> positions = {0, 0, 0, 4, 0, 0, 0, 4, 0};
   const std::vector<uint32_t> triangle = {0, 1, 2};

@@ -68,8 +68,9 @@ double TriangleTree::to_triangle(const Vector3& p, uint32_t triangle) const {
 
 template <class See>
 /// Looks at triangles whose boxes are nearer than `bound`, a squared distance that `see` may lower meanwhile,
-/// until it is at most `enough`.
-void TriangleTree::search(const Vector3& from, const double& bound, double enough, See see) const {
+/// until it is at most `enough`, or `most` boxes were opened.
+void TriangleTree::search(const Vector3& from, const double& bound, double enough, unsigned most,
+                          See see) const {
   if (nodes_.empty()) return;
   std::array<uint32_t, 96> stack;  // one for each level: 3/4 to the power of 77 is 2 to the power of -32
   unsigned size = 0;
@@ -78,6 +79,7 @@ void TriangleTree::search(const Vector3& from, const double& bound, double enoug
     const uint32_t at = stack[--size];
     const Node& node = nodes_[at];
     if (maille::squared_distance(from, node.box) >= bound) continue;
+    if (most-- == 0) return;
     if (node.right == 0) {
       for (uint32_t i = node.begin; i < node.end; ++i) see(order_[i]);
       continue;
@@ -91,15 +93,15 @@ void TriangleTree::search(const Vector3& from, const double& bound, double enoug
   }
 }
 
-double TriangleTree::squared_distance(const Vector3& from, double bound, double enough) const {
-  search(from, bound, enough, [&](uint32_t i) { bound = std::min(bound, to_triangle(from, i)); });
+double TriangleTree::squared_distance(const Vector3& from, double bound, double enough, unsigned most) const {
+  search(from, bound, enough, most, [&](uint32_t i) { bound = std::min(bound, to_triangle(from, i)); });
   return bound;
 }
 
 uint32_t TriangleTree::nearest(const Vector3& from) const {
   double bound = std::numeric_limits<double>::infinity();
   uint32_t found = 0;
-  search(from, bound, -1, [&](uint32_t i) {
+  search(from, bound, -1, ~0u, [&](uint32_t i) {
     const double distance = to_triangle(from, i);
     // Not "distance >= bound": a distance that is no number is never the nearest.
     if (!(distance < bound)) return;

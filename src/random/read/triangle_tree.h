@@ -15,8 +15,9 @@ class TriangleTree {
   TriangleTree(std::span<const uint32_t> triangles, std::span<const float> positions);
 
   /// The squared distance from the nearest triangle, or `bound` if none is nearer; or any distance from a
-  /// triangle that is not above `enough`.
-  double squared_distance(const Vector3& from, double bound, double enough = 0) const;
+  /// triangle that is not above `enough`. `most`: how many boxes are opened; where these do not tell, the
+  /// least distance so far.
+  double squared_distance(const Vector3& from, double bound, double enough = 0, unsigned most = ~0u) const;
   double to_triangle(const Vector3& from, uint32_t triangle) const;
   /// The nearest triangle; there must be one.
   uint32_t nearest(const Vector3& from) const;
@@ -37,7 +38,7 @@ class TriangleTree {
   };
   /// Calls see(triangle) for those that may be nearer than `bound`, which it may lower.
   template <class See>
-  void search(const Vector3& from, const double& bound, double enough, See see) const;
+  void search(const Vector3& from, const double& bound, double enough, unsigned most, See see) const;
   uint32_t build(const std::vector<Placed>& placed, uint32_t begin, uint32_t end);
 
   std::span<const uint32_t> triangles_;
