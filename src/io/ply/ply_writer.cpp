@@ -353,34 +353,44 @@ class PlyPlan {
   /// reader would and adds hints for arrays that differ. A hint changes what is left for other rules, hence
   /// the rounds; each adds a hint or ends, so there are at most as many rounds as hints.
   void add_hints(PlyOutElement& out, const std::string& prefix, const std::vector<std::string_view>& taken) {
-    std::vector<PlyHint> wanted = std::move(out.hints);
+    const std::vector<PlyHint> wanted = std::move(out.hints);
+    std::vector<bool> is_added(wanted.size());
     out.hints.clear();
     for (size_t round = 0; round <= wanted.size(); ++round) {
       const auto columns = plan_ply_columns(out.element, out.hints, taken);
+      const auto column_at = columns_by_first_property(columns, out.element);
       bool added = false;
-      for (const PlyHint& hint : wanted) {
-        if (!is_made(hint, columns, out.element, prefix) && !contains(out.hints, hint)) {
-          out.hints.push_back(hint);
-          added = true;
-        }
+      for (size_t i = 0; i < wanted.size(); ++i) {
+        if (is_added[i] || is_made(wanted[i], column_at, out.element, prefix)) continue;
+        out.hints.push_back(wanted[i]);
+        is_added[i] = added = true;
       }
       if (!added) return;
     }
   }
 
-  static bool contains(const std::vector<PlyHint>& hints, const PlyHint& hint) {
-    return std::any_of(hints.begin(), hints.end(),
-                       [&](const PlyHint& h) { return h.properties == hint.properties; });
+  /// Names are unique in an element, and a property is of one column at most, so that thousands of arrays are
+  /// found without looking through all columns for each.
+  using ColumnsByProperty = std::map<std::string_view, const PlyColumn*>;
+  static ColumnsByProperty columns_by_first_property(const std::vector<PlyColumn>& columns,
+                                                     const PlyElement& element) {
+    ColumnsByProperty found;
+    for (const PlyColumn& column : columns)
+      if (!column.properties.empty()) found.emplace(element.properties[column.properties[0]].name, &column);
+    return found;
   }
-
-  static bool is_made(const PlyHint& hint, const std::vector<PlyColumn>& columns, const PlyElement& element,
+  static bool is_made(const PlyHint& hint, const ColumnsByProperty& column_at, const PlyElement& element,
                       const std::string& prefix) {
-    return std::any_of(columns.begin(), columns.end(), [&](const PlyColumn& column) {
-      std::vector<std::string> names;
-      for (const size_t property : column.properties) names.push_back(element.properties[property].name);
-      return (column.hinted ? "" : prefix) + column.name == hint.name && column.type == hint.type &&
-             column.components == hint.components && column.role == hint.role && names == hint.properties;
-    });
+    const auto found = hint.properties.empty() ? column_at.end() : column_at.find(hint.properties[0]);
+    if (found == column_at.end()) return false;
+    const PlyColumn& column = *found->second;
+    const auto is_named = [&](size_t property, const std::string& name) {
+      return element.properties[property].name == name;
+    };
+    return (column.hinted ? "" : prefix) + column.name == hint.name && column.type == hint.type &&
+           column.components == hint.components && column.role == hint.role &&
+           std::equal(column.properties.begin(), column.properties.end(), hint.properties.begin(),
+                      hint.properties.end(), is_named);
   }
 
   // Elements of an earlier file come back with their arrays; each other array on the mesh becomes an element
