@@ -8,6 +8,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "base/wide_integer.h"
 #include "entropy/mixing.h"
 #include "surface/patch_surface.h"
 
@@ -32,7 +33,7 @@ std::optional<MirrorPlane> find_mirror_plane(std::span<const Code> codes);
 template <class Code>
 class MirrorImages {
  public:
-  using Wide = std::conditional_t<sizeof(Code) == 4, int64_t, __int128>;
+  using Wide = std::conditional_t<sizeof(Code) == 4, int64_t, WideInteger>;
   using Place = std::array<Wide, 3>;
   /// Sums up to here are in no danger of overflowing.
   static bool is_sane(const MirrorPlane& plane) {

@@ -11,6 +11,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "base/wide_integer.h"
 #include "entropy/integer_model.h"
 #include "entropy/mixer.h"
 #include "entropy/mixing.h"
@@ -115,7 +116,7 @@ class MixedPositionCoder {
   void code_other(uint32_t point) { code_point(point, predictor_.predict_other()); }
 
  private:
-  using Wide = std::conditional_t<sizeof(Code) == 4, int64_t, __int128>;
+  using Wide = std::conditional_t<sizeof(Code) == 4, int64_t, WideInteger>;
   static constexpr Wide lowest = std::numeric_limits<Code>::min();
   static constexpr Wide highest = std::numeric_limits<Code>::max();
   static constexpr unsigned experts = PositionPrediction::experts;

@@ -7,6 +7,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "base/wide_integer.h"
 #include "code/online_least_squares.h"
 #include "entropy/mixer.h"
 #include "entropy/rans.h"
@@ -53,7 +54,7 @@ class MixedValueCoder {
 
  private:
   using Code = std::conditional_t<Bits == 32, int32_t, int64_t>;
-  using Wide = std::conditional_t<Bits == 32, int64_t, __int128>;
+  using Wide = std::conditional_t<Bits == 32, int64_t, WideInteger>;
   // 16 features; from 1,024 samples on weights are solved again after 256, before that after 32.
   using Fit = OnlineLeastSquares<16, 256>;
   /// Of an array that follows: with features of the step before. What it has to find is small where things
