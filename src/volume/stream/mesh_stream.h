@@ -52,6 +52,8 @@ inline void set_maps_of_zeros(ArrayMapsList& list) {
   }
 }
 
+/// What can be told from the options alone. Error: usage, unsupported.
+Result<> check_stream_options(const StreamOptions& options);
 /// A writer with such maps, instead of those that can be told from the declarations alone.
 Result<StreamWriter> begin_with_maps(Sink& sink, StreamOptions options, const ArrayMapsList& maps);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/result.h"
+#include "volume/stream/mesh_stream.h"
 #include "volume/stream/stream_file.h"
 
 namespace maille {
@@ -37,6 +38,8 @@ Result<StreamOptions> stream_options_of(const MeshDescription& mesh, const Encod
   }
   stream.mesh_arrays = mesh.mesh_arrays;
   copy_options(mesh, options, stream);
+  MAILLE_CHECK(
+      check_stream_options(stream));  // here, as a file in pieces may have none that a writer would check
   return stream;
 }
 

@@ -45,7 +45,8 @@ FileInfo info_of_stream(const Source& source, const FileReader& reader, const St
 /// What is damaged in them is told as a problem.
 Result<> add_steps(const FileReader& file, const StreamHeader& header, FileInfo& info);
 
-/// What a stream of the mesh is to hold, by what encode() is told. Error: usage (an array that is not there).
+/// What a stream of the mesh is to hold, by what encode() is told. Errors: usage (such as an array that is
+/// not there), unsupported (an array on corners).
 Result<StreamOptions> stream_options_of(const Mesh& mesh, const EncodeOptions& options);
 /// A valid mesh with maps that were chosen before, and its points in the order in which decoders number them,
 /// if that is asked for.

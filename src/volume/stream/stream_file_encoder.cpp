@@ -580,6 +580,8 @@ Result<StreamOptions> stream_options_of(const Mesh& mesh, const EncodeOptions& o
     }
   }
   copy_options(mesh, options, stream);
+  MAILLE_CHECK(
+      check_stream_options(stream));  // here, as a file in pieces may have none that a writer would check
   return stream;
 }
 

@@ -214,15 +214,24 @@ TEST(StreamFile, KeepsErrorBounds) {
   }
 }
 
+// A mesh without cells has no pieces, and once was written with an array on corners that no decoder took.
 TEST(StreamFile, RefusesWhatAStreamCannotHold) {
-  Mesh mesh = grid(2, 2, 2);
-  Array corner = make_array("uv", Domain::corner, Scalar::f32, 2);
-  corner.resize(mesh.corner_count());
-  mesh.arrays.push_back(corner);
-  std::vector<std::byte> bytes;
-  const auto report = encode(mesh, *memory_sink(bytes), kept());
-  ASSERT_FALSE(report);
-  EXPECT_EQ(report.error().code, ErrorCode::unsupported);
+  Mesh without_cells;
+  without_cells.points = make_array("position", Domain::point, Scalar::f32, 3);
+  for (Mesh mesh : {grid(2, 2, 2), without_cells}) {
+    Array corner = make_array("uv", Domain::corner, Scalar::f32, 2);
+    corner.resize(mesh.corner_count());
+    mesh.arrays.push_back(corner);
+    for (const std::optional<uint64_t> cells_of_piece :
+         {std::optional<uint64_t>(), std::optional<uint64_t>(3)}) {
+      EncodeOptions options = kept();
+      options.most_cells_per_part = cells_of_piece;
+      std::vector<std::byte> bytes;
+      const auto report = encode(mesh, *memory_sink(bytes), options);
+      ASSERT_FALSE(report);
+      EXPECT_EQ(report.error().code, ErrorCode::unsupported);
+    }
+  }
 }
 
 TEST(StreamFile, IsDescribedWithoutDecoding) {

@@ -341,10 +341,7 @@ StreamWriter::StreamWriter(std::unique_ptr<Implementation> implementation)
 StreamWriter::StreamWriter(StreamWriter&&) noexcept = default;
 StreamWriter::~StreamWriter() = default;
 
-namespace {
-
-/// What can be told from the options alone. Error: usage, unsupported.
-Result<> check_options(const StreamOptions& options) {
+Result<> check_stream_options(const StreamOptions& options) {
   if (options.positions.components != 3)
     return failure(ErrorCode::usage, "positions must have three components");
   if (options.effort < 1 || options.effort > 9)
@@ -365,10 +362,8 @@ Result<> check_options(const StreamOptions& options) {
   return {};
 }
 
-}  // namespace
-
 Result<StreamWriter> StreamWriter::begin(Sink& sink, StreamOptions options) {
-  MAILLE_CHECK(check_options(options));
+  MAILLE_CHECK(check_stream_options(options));
   ArrayMapsList maps;
   maps.bounds.resize(options.arrays.size() + 1);
   // The diagonal of a box with equal sides (sqrt(3) = 1.7320508075688772): the bound is kept, if the box is
@@ -384,7 +379,7 @@ Result<StreamWriter> StreamWriter::begin(Sink& sink, StreamOptions options) {
 }
 
 Result<StreamWriter> begin_with_maps(Sink& sink, StreamOptions options, const ArrayMapsList& maps) {
-  MAILLE_CHECK(check_options(options));
+  MAILLE_CHECK(check_stream_options(options));
   return StreamWriter::begin(sink, std::move(options), maps);
 }
 
