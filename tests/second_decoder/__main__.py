@@ -1,9 +1,7 @@
 """python3 tests/second_decoder COMMAND FILES: what differs from what the command decompresses."""
-
 import sys
 import tempfile
 import traceback
-
 import compare
 from decode import decode
 

@@ -1,12 +1,7 @@
-"""Sections 16.2 to 16.7 of docs/format.md: cells of kinds 0 to 20 of mode stream, and what is around new points and cells."""
-
+"""Sections 16.2 to 16.7 of docs/format.md: cells of kinds 0 to 20 of mode stream, and what is around new elements."""
 from collections import defaultdict
-
-from container import Unread, require
-from entropy import Asker, Difference, Run, bits, hash32
-
-M64 = 2**64 - 1
-
+from container import M64, Unread
+from entropy import Asker, MixedSequence, Models, hash32
 
 class Shape:
     """16.2: what all cells of a kind have in common."""
@@ -15,53 +10,57 @@ class Shape:
         self.type, self.dimension = type_, dimension
         self.faces, self.nodes = ([[int(k) for k in part] for part in text.split()] for text in (faces, nodes))
         self.corners = n = 1 + max((k for face in self.faces for k in face), default=0)
-        sides = self.faces if dimension > 1 else [[0, 1]] * dimension
-        pairs = {p for face in sides for a, b in zip(face, face[1:] + face[:1]) for p in ((a, b), (b, a))}
-        self.near = [sorted(b for a, b in pairs if a == k) for k in range(n)]
+        pairs = {p for face in (self.faces if dimension > 1 else [[0, 1]] * dimension) for p in edges_of(face)}
+        self.near = [sorted({b for a, b in pairs if a == k} | {a for a, b in pairs if b == k}) for k in range(n)]
         cycles = self.faces if dimension == 3 else [list(range(n))]
         self.parallelograms = [[] for _ in range(n)]  # (a, b, d) of each corner
         for face in cycles:
             for k, c in enumerate(face if len(face) == 4 else []):
                 self.parallelograms[c].append((face[(k + 1) % 4], face[k - 1], face[k - 2]))
-        self.order = list(range(n + len(self.nodes)))  # the nodes of VTK
-        if type_ in (8, 11):
-            self.order[2:4], self.order[6:8] = (3, 2), self.order[6:8][::-1]
+        # the nodes of VTK
+        self.order = [0, 1, 3, 2, 4, 5, 7, 6][:n] if type_ in (8, 11) else list(range(n + len(self.nodes)))
 
     def other_face(self, f, u, v):
         """That across the edge of two corners of a face."""
         return next(g for g, face in enumerate(self.faces) if g != f and u in face and v in face)
 
+def edges_of(cycle): return list(zip(cycle, cycle[1:] + cycle[:1]))
+
+def turned(cycle, at, way):
+    """The cycle from a place on, forwards (1) or backwards (-1)."""
+    return [cycle[(at + way * k) % len(cycle)] for k in range(len(cycle))]
+
+def along(cycle, a, b):
+    """The cycle from a on, in the direction of b beside it."""
+    ways = (turned(cycle, i, way) for i, x in enumerate(cycle) if x == a for way in (1, -1))
+    return next(found for found in ways if found[1] == b)
 
 HEXAHEDRON, TETRAHEDRON, PYRAMID = "0473 1265 0154 3762 0321 4567", "013 123 203 021", "0321 014 124 234 304"
 WEDGE, QUAD, TRIANGLE = "012 354 0341 1452 2530", "01 12 23 30", "01 12 20"
 EDGES = "01 12 23 30 45 56 67 74 04 15 26 37"
-SHAPES = [Shape(12, 3, HEXAHEDRON), Shape(10, 3, TETRAHEDRON), Shape(13, 3, WEDGE), Shape(14, 3, PYRAMID), Shape(9, 2, QUAD)]
-SHAPES += [Shape(5, 2, TRIANGLE), Shape(3, 1, "0 1"), Shape(1, 0, ""), Shape(11, 3, HEXAHEDRON), Shape(8, 2, QUAD)]
-SHAPES += [Shape(21, 1, "0 1", "01"), Shape(22, 2, TRIANGLE, TRIANGLE), Shape(23, 2, QUAD, QUAD), Shape(24, 3, TETRAHEDRON, "01 12 20 03 13 23")]
-SHAPES += [Shape(25, 3, HEXAHEDRON, EDGES), Shape(26, 3, WEDGE, "01 12 20 34 45 53 03 14 25"), Shape(27, 3, PYRAMID, "01 12 23 30 04 14 24 34")]
+SHAPES = [Shape(12, 3, HEXAHEDRON), Shape(10, 3, TETRAHEDRON), Shape(13, 3, WEDGE), Shape(14, 3, PYRAMID)]
+SHAPES += [Shape(9, 2, QUAD), Shape(5, 2, TRIANGLE), Shape(3, 1, "0 1"), Shape(1, 0, ""), Shape(11, 3, HEXAHEDRON)]
+SHAPES += [Shape(8, 2, QUAD), Shape(21, 1, "0 1", "01"), Shape(22, 2, TRIANGLE, TRIANGLE), Shape(23, 2, QUAD, QUAD)]
+SHAPES += [Shape(24, 3, TETRAHEDRON, "01 12 20 03 13 23"), Shape(25, 3, HEXAHEDRON, EDGES)]
+SHAPES += [Shape(26, 3, WEDGE, "01 12 20 34 45 53 03 14 25"), Shape(27, 3, PYRAMID, "01 12 23 30 04 14 24 34")]
 SHAPES += [Shape(29, 3, HEXAHEDRON, f"{EDGES} {HEXAHEDRON} 01234567")]
 UNUSED_POINT, LOOSE_CELL, END_OF_POINT = 18, 19, 20
-
 
 class Slots:
     """16.3: slots in groups of 16."""
 
     def __init__(self):
-        self.taken, self.current, self.freed, self.count = set(), None, [], 0
-        self.sweep = 0
+        self.taken, self.current, self.freed, self.count, self.sweep = set(), None, [], 0, 0
 
     def free_in(self, group):
         return [s for s in range(16 * group, 16 * group + 16) if s not in self.taken]
 
     def take(self):
-        free = self.free_in(self.current) if self.current is not None else []
-        if not free:
+        if self.current is None or not self.free_in(self.current):
             self.current = self.next_group()
-            free = self.free_in(self.current)
-        self.taken.add(free[0])
-        if self.current in self.freed:
-            self.freed.remove(self.current)
-        return free[0]
+        slot = self.free_in(self.current)[0]
+        self.taken.add(slot)
+        return slot
 
     def next_group(self):
         if self.freed:
@@ -75,10 +74,8 @@ class Slots:
 
     def free(self, slot):
         self.taken.discard(slot)
-        group = slot // 16
-        if group != self.current and len(self.free_in(group)) == 16:
-            self.freed.append(group)
-
+        if slot // 16 != self.current and len(self.free_in(slot // 16)) == 16:
+            self.freed.append(slot // 16)
 
 class Point:
     def __init__(self, slot, number):
@@ -86,26 +83,23 @@ class Point:
         self.gates, self.border = 0, False  # 16.13
 
     @property
-    def valence(self):
-        return min(len(self.cells), 255)
-
+    def valence(self): return min(len(self.cells), 255)
 
 class StreamCell:
     """Corners are None once their points have ended; `open` has a bit for each face, `glued` the cells across
-    when it came, `across` (cell, face) as it is."""
+    when it came, `across` (cell, face) as it is; `nodes` stand behind the corners."""
 
     def __init__(self, kind, corners, slot, ordinal, signature):
-        self.kind, self.shape, self.corners, self.slot, self.ordinal, self.signature = kind, SHAPES[kind], corners, slot, ordinal, signature
+        self.kind, self.shape, self.corners, self.slot, self.ordinal = kind, SHAPES[kind], corners, slot, ordinal
         n = len(self.shape.faces)
         self.open, self.glued, self.across, self.gates = (1 << n) - 1, [None] * n, [None] * n, set()
-        self.alive, self.successor, self.pattern, self.entered, self.nodes = True, None, 0, 7, []  # nodes: behind the corners
+        self.signature, self.alive, self.successor, self.pattern, self.entered, self.nodes = signature, True, None, 0, 7, []
 
-    def points(self, f):
-        return [self.corners[k] for k in self.shape.faces[f]]
+    def points(self, f): return [self.corners[k] for k in self.shape.faces[f]]
+    def open_faces(self): return [f for f in range(len(self.shape.faces)) if self.open >> f & 1]
 
-    def open_faces(self):
-        return [f for f in range(len(self.shape.faces)) if self.open >> f & 1]
-
+    def close(self, f):
+        self.open &= ~(1 << f)
 
 def open_face(points, size):
     """The first open face of so many corners that has these points."""
@@ -115,7 +109,6 @@ def open_face(points, size):
                 return cell, f
     return None
 
-
 class Connectivity:
     """16.3 to 16.6: what goes on from batch to batch."""
 
@@ -123,28 +116,23 @@ class Connectivity:
         self.ask, self.numbered, self.points_made, self.blocks, self.kept = Asker(mixed), numbered, 0, [], []
         self.points = {}  # in memory, by number
         self.point_slots, self.cell_slots, self.ended = Slots(), Slots(), []
-        self.last, self.last_kind, self.S = None, 0, {}
-        self.G, self.choice, self.last_anchor, self.recent = 0, 0, None, []
-        self.turns, self.last_face = defaultdict(int), 0
-        self.patterns, self.pattern_ids, self.signatures = [None], {}, {}
-        self.outcomes, self.pattern_runs = 0, defaultdict(Run)
-        self.old_difference, self.jump, self.count_difference = Difference(), Difference(), Difference()
-        self.tracks, self.hits, self.guess_runs, self.which, self.last_hit_e = [M64], 0, defaultdict(Run), bits(), False
-        self.last_loose = 0
+        self.last, self.last_kind, self.S, self.last_anchor, self.recent = None, 0, {}, None, []
+        self.G = self.choice = self.last_face = self.last_loose = self.outcomes = self.hits = 0
+        self.turns, self.patterns, self.pattern_ids, self.signatures = defaultdict(int), [None], {}, {}
+        self.tracks, self.last_hit_e, self.models = [M64], False, Models()
 
     def batch(self, cells, numbers, records, begins):
-        """`begins`: (record, name, type) of blocks. Gives (type, point numbers) of cells; what 16.7 needs about new points and cells is in `born` and `came`."""
-        self.sequence = self.ask.sequence = cells
-        self.numbers = numbers
-        self.made, self.born, self.came = [], [], []
+        """`begins`: (record, name, type) of blocks. Gives (type, point numbers) of cells; what 16.7 needs about new
+        points and cells is in `born` and `came`."""
+        self.sequence = self.ask.sequence = MixedSequence(cells, self.models)
+        self.numbers, self.made, self.born, self.came = MixedSequence(numbers, self.models), [], [], []
         begins = {at: (name, type_) for at, name, type_ in begins}
         for r in range(records):
             if r in begins:
                 self.blocks.append([*begins[r], 0])
-                self.type = begins[r][1]
             before = len(self.made)
             self.record()
-            if len(self.made) > before:
+            if self.blocks:
                 self.blocks[-1][2] += len(self.made) - before
             if r % 4096 == 4095 or r == records - 1:
                 for slot in self.ended:
@@ -160,10 +148,9 @@ class Connectivity:
 
     # --- points
 
-    def new_point(self, read, place=([], [], 31, None)):
-        number = read() if self.numbered else self.points_made
+    def new_point(self, context, place=([], [], 31, None), e=None, more=()):
+        number = self.read_number(context, e, more) if self.numbered else self.points_made
         self.points_made += 1
-        require(number not in self.points, "a point comes twice")
         p = self.points[number] = Point(self.point_slots.take(), number)
         self.born.append((number, p.slot, *place))
         return p
@@ -172,10 +159,9 @@ class Connectivity:
         for cell in p.cells:
             for f in cell.open_faces():
                 if p in cell.points(f):
-                    cell.open &= ~(1 << f)
-                    for q in cell.points(f):
-                        if q is not None:
-                            q.open = q.open - 1 & 0xFFFF
+                    cell.close(f)
+                    for q in filter(None, cell.points(f)):
+                        q.open = q.open - 1 & 0xFFFF
             cell.corners = [None if q is p else q for q in cell.corners]
             if not any(cell.corners) and cell.alive:
                 cell.alive = False
@@ -184,30 +170,24 @@ class Connectivity:
         del self.points[p.number]
         self.ended.append(p.slot)
 
-    def old_point(self, base):
-        number = base + self.old_difference.read(self.sequence)
-        require(number in self.points, "a point that is not in memory")
-        return self.points[number]
+    def old_point(self, base): return self.points[base + self.sequence.difference("Old")]
 
-    def read_number(self, context, e=None, more=()):
+    def read_number(self, context, e, more):
         """16.4: numbers of new points, of which e and more are guesses."""
-        newest, expected = self.tracks[0], [] if e is None else [e]
-        guesses = (expected if self.last_hit_e else []) + [newest + 1] + expected + list(more)
+        first, expected = self.tracks[0] + 1 & M64, [] if e is None else [e]
+        guesses = (expected if self.last_hit_e else []) + [first] + expected + list(more)
         guesses += [t + 1 for t in self.tracks[1:]] + [t - 1 for t in self.tracks[:2]]
         guesses = list(dict.fromkeys(guess & M64 for guess in guesses))
-        first = newest + 1 & M64
         s = 0 if e is None else 1 if e == first else 2 if e > first else 3
         for i, guess in enumerate(guesses):
-            model = self.guess_runs[context, s, self.hits, guesses[0] == e and self.last_hit_e, i]
-            if model.read(self.numbers):
+            if self.numbers.run("Guess", context, s, self.hits, guesses[0] == e and self.last_hit_e, i):
                 self.hits, self.last_hit_e = (4 * self.hits + min(i, 2)) % 16, guess == e
-                k = next((k for k, t in enumerate(self.tracks) if guess in (t + 1 & M64, t - 1 & M64)), min(len(self.tracks), 7))
+                near = (k for k, t in enumerate(self.tracks) if guess in (t + 1 & M64, t - 1 & M64))
+                k = next(near, min(len(self.tracks), 7))
                 self.tracks = [guess] + self.tracks[:k] + self.tracks[k + 1 :]
                 return guess
         self.hits = (4 * self.hits + 3) % 16
-        t = self.numbers.tree(self.which, 3)
-        require(t < len(self.tracks), "a track that is not there")
-        number = self.tracks[t] + self.jump.read(self.numbers) & M64
+        number = self.tracks[self.numbers.tree(3, "Which")] + self.numbers.difference("Jump") & M64
         self.tracks = [number] + self.tracks[:7]
         return number
 
@@ -222,11 +202,9 @@ class Connectivity:
         if not ask(0, last, 0, 0):
             self.last_kind = self.ask_tree(5, lambda node: ask(1, 32 * last + node, 0, 0))
         kind = self.last_kind
-        if kind == UNUSED_POINT:
-            self.end_point(self.new_point(lambda: self.read_number(32)))
-        elif kind == END_OF_POINT:
-            p = self.old_point(self.G)
-            self.G = p.number
+        if kind in (UNUSED_POINT, END_OF_POINT):
+            p = self.new_point(32) if kind == UNUSED_POINT else self.old_point(self.G)
+            self.G = p.number if kind == END_OF_POINT else self.G
             self.end_point(p)
         elif kind == LOOSE_CELL:
             self.loose_cell()
@@ -237,63 +215,52 @@ class Connectivity:
 
     def loose_cell(self):
         type_, points = self.sequence.raw(8), []
-        for _ in range(self.count_difference.read(self.sequence)):
-            p = self.new_point(lambda: self.read_number(63)) if self.ask(10, 131072, 0, 0) else self.old_point(self.last_loose)
-            self.last_loose = p.number
-            points.append(p)
+        for _ in range(self.sequence.difference("Count")):
+            new = self.ask(10, 131072, 0, 0)
+            points.append(self.new_point(63) if new else self.old_point(self.last_loose))
+            self.last_loose = points[-1].number
         self.made.append((type_, [p.number for p in points]))
         self.came.append((None, [], [], 31, None))
         for p in points:
             if self.ask(14, 2097152, 0, 0) and p.alive:
                 self.end_point(p)
 
-    # --- patterns (16.5): kind, what corners are, what faces are glued to (either may be a source and its place), points that end
+    # --- patterns (16.5): kind, what corners are, what faces are glued to (a source and its place or a word), ends
 
     def sources(self):
-        return {0: self.last} | {1 + f: s for f, s in self.S.items() if s.alive}
+        return ({0: self.last} if self.last else {}) | {1 + f: s for f, s in self.S.items() if s.alive}
 
     def apply(self, pattern):
         """Corners (None: new) and what faces are glued to, or nothing."""
         kind, corners, faces, _ = pattern
-        sources, known, glued = self.sources(), [None] * len(corners), [None] * len(faces)
-        for k, what in enumerate(corners):
-            if isinstance(what, tuple):
-                there = sources[what[0]].corners if what[0] in sources else []
-                known[k] = there[what[1]] if what[1] < len(there) else None
-                if known[k] is None:
-                    return None
-        for f, what in enumerate(faces):
-            if isinstance(what, tuple):
-                if what[0] not in sources or not sources[what[0]].open >> what[1] & 1:
-                    return None
-                glued[f] = sources[what[0]], what[1]
-        for f, what in enumerate(faces):
-            if what == "found":
-                cycle = SHAPES[kind].faces[f]
-                there = [known[k] for k in cycle if known[k] is not None]
-                glued[f] = open_face(there, len(cycle)) if len(there) >= len(cycle) - 1 else None
-                if glued[f] is None:
-                    return None
-                rest = [p for p in glued[f][0].points(glued[f][1]) if p not in there]
-                for k in cycle:
-                    if known[k] is None:
-                        if not rest:
-                            return None
-                        known[k] = rest[0]
-        if any(p is None and what != "new" for p, what in zip(known, corners)):
+        parts = {(i, k): p for i, s in self.sources().items() for k, p in enumerate(s.corners)}
+        known = [parts.get(what) for what in corners]
+        parts = {(i, f): (s, f) for i, s in self.sources().items() for f in s.open_faces()}
+        glued = [parts.get(what) for what in faces]
+        if any(isinstance(what, tuple) and part is None for what, part in zip(corners + faces, known + glued)):
             return None
-        return known, glued
+        for f, cycle in enumerate(SHAPES[kind].faces):
+            if faces[f] == "found":
+                there = [known[k] for k in cycle if known[k]]
+                glued[f] = open_face(there, len(cycle)) if len(there) >= len(cycle) - 1 else None
+                rest = [p for p in glued[f][0].points(glued[f][1]) if p not in there] if glued[f] else []
+                for k in cycle:
+                    known[k] = known[k] or next(iter(rest), None)
+                if not glued[f] or None in [known[k] for k in cycle]:
+                    return None
+        return None if any(p is None and what != "new" for p, what in zip(known, corners)) else (known, glued)
 
     def pattern_by_flags(self):
         if self.last is None:
             return None
-        S = sorted({s for s in self.S.values() if s.alive}, key=lambda s: s.ordinal)
-        three = [S[-1].pattern if S else 0, S[0].pattern if S else 0, self.last.pattern]
+        S = sorted((s for s in self.S.values() if s.alive), key=lambda s: s.ordinal)
+        three = [s.pattern for s in S[-1:] + S[:1]] or [0, 0]
+        three.append(self.last.pattern)
         a = (three[0] == three[1]) + 2 * (three[0] == three[2])
         for id_ in dict.fromkeys(three):
             applied = self.apply(self.patterns[id_]) if id_ else None
             if applied:
-                taken = self.pattern_runs[id_ % 512, three.index(id_), a, self.outcomes].read(self.sequence)
+                taken = self.sequence.run("Pattern", id_ % 512, three.index(id_), a, self.outcomes)
                 self.outcomes = (2 * self.outcomes + taken) % 4
                 if taken:
                     return id_, *applied
@@ -315,18 +282,17 @@ class Connectivity:
     def make_pattern(self, kind, known, glued, ends):
         """Of corners (None: new) and glued faces, before the cell has come."""
         sources = sorted(self.sources().items())
-        corners = [next(((i, s.corners.index(p)) for i, s in sources if p in s.corners), "found") if p else "new" for p in known]
-        faces = [next(((i, g[1]) for i, s in sources if s is g[0]), "found") if g else None for g in glued]
+        places = [next(((i, s.corners.index(p)) for i, s in sources if p in s.corners), "found") for p in known]
+        corners = (place if p else "new" for p, place in zip(known, places))
+        faces = (next(((i, g[1]) for i, s in sources if s is g[0]), "found") if g else None for g in glued)
         pattern = kind, tuple(corners), tuple(faces), ends
         applied = self.apply(pattern)
         return pattern if applied and applied[0] == known else None
 
     def pattern_id(self, pattern, signature):
-        if not pattern:
+        if not pattern or pattern not in self.pattern_ids and len(self.patterns) > 65535:
             return 0
         if pattern not in self.pattern_ids:
-            if len(self.patterns) > 65535:
-                return 0
             self.pattern_ids[pattern] = len(self.patterns)
             self.signatures[len(self.patterns)] = signature
             self.patterns.append(pattern)
@@ -336,50 +302,39 @@ class Connectivity:
 
     def behind(self, k, n, shape, known, glued):
         """16.7: the point behind corner n, seen from corner k."""
-        for face, g in zip(shape.faces, glued):
-            if g and n in face and k not in face:
-                cell, on = g[0], g[0].shape.faces[g[1]]
-                if known[n] not in cell.corners:
-                    return None
-                near = cell.shape.near[cell.corners.index(known[n])]
-                return next((cell.corners[i] for i in near if i not in on), None)
-        return None
+        across = (g for face, g in zip(shape.faces, glued) if g and n in face and k not in face)
+        cell, f = next(across, (None, None))
+        near = cell.shape.near[cell.corners.index(known[n])] if cell and known[n] in cell.corners else []
+        return next((cell.corners[i] for i in near if i not in cell.shape.faces[f]), None)
 
     def place_of(self, k, kind, known, glued, several):
         """16.7: sums, near points and situation of a new corner."""
-        shape = SHAPES[kind]
-        slots, around = [p and p.slot for p in known], list(dict.fromkeys(p.number for p in known if p))
-        near = [n for n in shape.near[k] if known[n]]
+        shape, around = SHAPES[kind], list(dict.fromkeys(p.number for p in known if p))
+        slots, near = [p and p.slot for p in known], [n for n in shape.near[k] if known[n]]
         whole = [abd for abd in shape.parallelograms[k] if all(known[i] for i in abd)]
         if kind in (0, 8) and all(known[i] for i in range(8) if i != k):
             D = [abd[2] for abd in shape.parallelograms[k]]
             G = next(i for i in range(8) if i not in [k, *near, *D])
             return [slots[i] for i in near + D + [G]], [slots[i] for i in near], k, around
-        sums = []
-        if whole:
-            sums.append([(slots[i], s / len(whole[:2])) for abd in whole[:2] for i, s in zip(abd, (1, 1, -1))])
-        if several or not shape.parallelograms[k]:
-            found = [(slots[n], self.behind(k, n, shape, known, glued)) for n in near[:3]]
-            pairs = [(n, b.slot) for n, b in found if b]
-            if pairs:
-                sums.append([x for n, b in pairs for x in ((n, 2 * (1 / len(pairs))), (b, -(1 / len(pairs))))])
-        if near:
-            sums.append([(slots[n], 1 / len(near)) for n in near])
-        return sums, [slots[n] for n in near[:3]], 8 + 4 * len(whole) + len(near[:3]), around
+        sums = [[(slots[i], s / len(whole[:2])) for abd in whole[:2] for i, s in zip(abd, (1, 1, -1))]]
+        straight = near[:3] if several or not shape.parallelograms[k] else []
+        pairs = [(slots[n], b.slot) for n, b in ((n, self.behind(k, n, shape, known, glued)) for n in straight) if b]
+        sums.append([x for n, b in pairs for x in ((n, 2 * (1 / len(pairs))), (b, -(1 / len(pairs))))])
+        sums.append([(slots[n], 1 / len(near)) for n in near])
+        return list(filter(None, sums)), [slots[n] for n in near[:3]], 8 + 4 * len(whole) + len(near[:3]), around
 
     def come(self, kind, known, glued, signature, repeats={}):
         """`repeats`: corners that are others."""
         known, shape, L = list(known), SHAPES[kind], self.last
         new = [k for k, p in enumerate(known) if p is None and k not in repeats]
         for k in new:
-            whole = [abd for abd in shape.parallelograms[k] if all(known[i] for i in abd)]
+            whole, more = [abd for abd in shape.parallelograms[k] if all(known[i] for i in abd)], []
             a, b, d = (known[i].number for i in whole[0]) if whole else (0, 0, 0)
-            more = []
             if L and L.alive and L.kind == kind and L.corners[k]:
                 ends = [(known[n].number, L.corners[n].number) for n in shape.near[k] if known[n] and L.corners[n]]
                 more = [own + L.corners[k].number - before for own, before in ends[:3]]
-            place = self.place_of(k, kind, known, glued, len(new) > 1)
-            p = self.new_point(lambda: self.read_number(k + 8 * (len(new) > 1), a + b - d & M64 if whole else None, more), place)
+            place, context = self.place_of(k, kind, known, glued, len(new) > 1), k + 8 * (len(new) > 1)
+            p = self.new_point(context, place, a + b - d & M64 if whole else None, more)
             for r in [k] + [r for r, of in repeats.items() if of == k]:
                 known[r] = p
         cell = StreamCell(kind, known, self.cell_slots.take(), L.ordinal + 1 if L else 0, signature)
@@ -387,8 +342,8 @@ class Connectivity:
             cell.nodes.append(self.node(kind, i, lies_on, known, new))
         for f, g in enumerate(glued):
             if g:
-                cell.open &= ~(1 << f)
-                g[0].open &= ~(1 << g[1])
+                cell.close(f)
+                g[0].close(g[1])
                 cell.glued[f], cell.across[f], g[0].across[g[1]] = g[0], g, (cell, f)
         for k, p in enumerate(known):
             p.cells.insert(0, cell)
@@ -399,8 +354,8 @@ class Connectivity:
         self.came.append((cell.slot, *self.cell_place(cell), list(dict.fromkeys(p.number for p in known))))
         self.last, self.recent = cell, [cell] + self.recent[:15]
         self.kept.append((shape, [p.number for p in known + cell.nodes]))
-        type_ = 7 if self.type == 7 and kind in (4, 5) else shape.type
-        self.made.append((type_, [(known + cell.nodes)[k].number for k in shape.order]))
+        type_ = 7 if self.blocks[-1][1] == 7 and kind in (4, 5) else shape.type
+        self.made.append((type_, [self.kept[-1][1][k] for k in shape.order]))
         return cell
 
     def node(self, kind, i, lies_on, known, new):
@@ -415,23 +370,21 @@ class Connectivity:
         if candidate and self.ask(15, local, i, 0):
             return candidate
         if self.ask(10, local + 65536, i, some_new):
-            near = [known[k].slot for k in lies_on]
-            place = [[(slot, 1 / len(near)) for slot in near]], near[:3], 24 + (len(near) > 2) + (len(near) > 4), [known[k].number for k in lies_on]
-            return self.new_point(lambda: self.read_number(33 + i), place)
+            near, situation = [known[k].slot for k in lies_on], 24 + (len(lies_on) > 2) + (len(lies_on) > 4)
+            place = [[(slot, 1 / len(near)) for slot in near]], near[:3], situation, [known[k].number for k in lies_on]
+            return self.new_point(33 + i, place)
         return self.old_point(known[0].number)
 
     def ends_of(self, cell, new, before, corners_end=None):
         """16.6: points that end of a cell that has come; `corners_end` where patterns tell those of corners."""
-        kind, corners, ending = cell.kind, list(cell.corners), []
-        ends = 0 if corners_end is None else corners_end
-        for i, p in enumerate(corners + cell.nodes):
-            if p is None or p in (corners + cell.nodes)[:i] or corners_end is not None and i < len(corners):
+        nodes, n, ending, ends = cell.corners + cell.nodes, len(cell.corners), [], corners_end or 0
+        for i, p in enumerate(nodes):
+            if p is None or p in nodes[:i] or corners_end is not None and i < n:
                 continue
-            if i < len(corners):
-                local = min(p.valence, 63) | min(p.open, 31) << 6 | kind << 11
+            if i < n:
+                local = min(p.valence, 63) | min(p.open, 31) << 6 | cell.kind << 11
             else:
-                lies_on = [corners[k] for k in cell.shape.nodes[i - len(corners)]]
-                local = i | all(q in ending for q in lies_on) << 5 | kind << 11 | 1 << 20
+                local = i | all(nodes[k] in ending for k in cell.shape.nodes[i - n]) << 5 | cell.kind << 11 | 1 << 20
             if self.ask(14, local, i | (i in new) << 5 | (before % 65536) << 6, 32 * local + i):
                 ends |= 1 << i
                 ending.append(p)
@@ -439,21 +392,15 @@ class Connectivity:
 
     def cell_place(self, cell):
         """16.7: the neighbours of a cell, where values are."""
+        def across(a, f): return a.glued[f] if a and f < len(a.glued) else None
 
-        def across(a, f):
-            return a.glued[f] if a and f < len(a.glued) else None
-
-        pairs = [[f for f in (2 * k, 2 * k + 1) if across(cell, f)] for k in range(3)]
-        fs = [found[0] for found in pairs if found]
+        fs = [f for f in range(6) if across(cell, f) and not (f % 2 and across(cell, f - 1))]
         A = [cell.glued[f] for f in fs]
-        near = [a.slot for a in A]
-        if len(A) == 3:
-            more = [across(A[0], fs[1]), across(A[0], fs[2]), across(A[1], fs[2]), across(across(A[0], fs[1]), fs[2])]
-            if all(more):
-                return near + [x.slot for x in more], near, 0
-        sums = []
-        if len(A) == 2 and across(A[0], fs[1]):
-            sums.append([(near[0], 1.0), (near[1], 1.0), (across(A[0], fs[1]).slot, -1.0)])
+        near, AB = [a.slot for a in A], across(A[0], fs[1]) if len(A) > 1 else None
+        more = [AB, across(A[0], fs[2]), across(A[1], fs[2]), across(AB, fs[2])] if len(A) == 3 else []
+        if len(A) == 3 and all(more):
+            return near + [x.slot for x in more], near, 0
+        sums = [[(near[0], 1.0), (near[1], 1.0), (AB.slot, -1.0)]] if len(A) == 2 and AB else []
         if A:
             sums += [[(slot, 1 / len(A)) for slot in near], [(near[0], 1.0)]]
         return sums, near, 8 + 4 * (len(sums) - 1) + len(A) if A else 31
@@ -463,77 +410,73 @@ class Connectivity:
     def candidates(self, kind):
         """(origin, rank, cell)"""
         offered = [(0, self.last)] + [(1, s) for s in sorted(self.S.values(), key=lambda s: -s.ordinal)]
-        cell = self.last_anchor
-        for _ in range(12):
-            if cell is None or not cell.alive:
-                break
+        cell, L = self.last_anchor, self.last
+        while cell and cell.alive and sum(origin == 6 for origin, _ in offered) < 12:
             offered.append((6, cell))
             cell = cell.successor
         for origin, number in ((2, self.G), (3, self.G + 1)):
             offered += [(origin, cell) for cell in self.points[number].cells[:12]] if number in self.points else []
-        if self.last and self.last.alive:
-            beside = [cell for p in self.last.corners if p and p.open for cell in p.cells[:24] if cell.open]
+        if L and L.alive:
+            beside = [cell for p in L.corners if p and p.open for cell in p.cells[:24] if cell.open]
             offered += [(4, cell) for cell in sorted(set(beside[:96]), key=lambda x: -x.ordinal)[:24]]
         found, ranks = {}, defaultdict(int)
         for origin, cell in offered + [(5, cell) for cell in self.recent]:
-            if cell and cell.alive and cell not in found and cell.open and cell.shape.dimension == SHAPES[kind].dimension and len(found) < 48:
+            if cell and cell.alive and cell not in found and self.can_take(cell, kind) and len(found) < 48:
                 found[cell] = origin, ranks[origin], cell
                 ranks[origin] += 1
         return found.values()
+
+    @staticmethod
+    def can_take(cell, kind): return cell.open and cell.shape.dimension == SHAPES[kind].dimension
 
     def anchor(self, kind):
         ask, L = self.ask, self.last
         if ask(2, 2 * kind, self.choice, L.open + 1 if L and L.alive else 0):
             for origin, rank, cell in self.candidates(kind):
                 where, opened = 8 * origin + min(rank, 7), len(cell.open_faces())
-                if ask(3, origin | min(rank, 7) << 3 | opened << 6 | kind << 9, cell.signature, (64 * self.choice + where) * 64 + cell.open):
+                local = origin | min(rank, 7) << 3 | opened << 6 | kind << 9
+                if ask(3, local, cell.signature, (64 * self.choice + where) * 64 + cell.open):
                     self.choice = where
                     return cell
-        else:
-            self.choice = 63
-            if not ask(4, kind, 0, 0):
-                return None
-            cells = self.old_point(self.G).cells
-            for i, cell in enumerate(x for x in cells if x.open and x.shape.dimension == SHAPES[kind].dimension):
+        self.choice = 63
+        if ask(4, kind, 0, 0):
+            for i, cell in enumerate(x for x in self.old_point(self.G).cells if self.can_take(x, kind)):
                 if ask(5, min(i, 15), cell.signature, cell.open):
                     return cell
-        require(False, "no anchor")
+        return None
 
     def anchor_face(self, cell):
         faces = sorted(cell.open_faces(), key=lambda f: f != self.last_face)
-        for rank, f in enumerate(faces[:-1]):
-            if self.ask(6, f | rank << 3 | (f == self.last_face) << 6 | cell.kind << 7, cell.signature, cell.open | self.choice << 8):
-                break
-        else:
-            f = faces[-1]
-        self.last_face = f
-        return f
+        for rank, f in enumerate(faces):
+            local = f | rank << 3 | (f == self.last_face) << 6 | cell.kind << 7
+            if f == faces[-1] or self.ask(6, local, cell.signature, cell.open | self.choice << 8):
+                self.last_face = f
+                return f
 
     def turn(self, cell, face, kind):
-        row, key = face | kind << 3 | cell.kind << 8, (cell.kind, face, kind)
+        row = face | kind << 3 | cell.kind << 8
         if not self.ask(7, row, cell.signature, self.choice):
-            self.turns[key] = self.ask_tree(6, lambda node: self.ask(8, row << 6 | node, cell.signature, 64 * self.choice + node))
-        return self.turns[key]
+            bit = lambda node: self.ask(8, row << 6 | node, cell.signature, 64 * self.choice + node)
+            self.turns[row] = self.ask_tree(6, bit)
+        return self.turns[row]
 
     def slow_cell(self, kind):
-        shape = SHAPES[kind]
+        shape, L = SHAPES[kind], self.last
         known, new, glued = [None] * shape.corners, [False] * shape.corners, [None] * len(shape.faces)
         anchor = self.anchor(kind) if shape.dimension else None
         if anchor:
             face = self.anchor_face(anchor)
-            turn = self.turn(anchor, face, kind)
-            own = self.lay_on(shape, known, glued, (anchor, face), turn)
+            own = self.lay_on(shape, known, glued, (anchor, face), self.turn(anchor, face, kind))
             self.last_anchor = anchor
             if shape.dimension == 3:
                 self.edges(kind, known, glued, own, anchor)
             elif shape.dimension == 2:
                 self.on_solid(shape, known, own, anchor)
-        repeats = self.other_corners(kind, known, new, glued, anchor, self.last)
+        repeats = self.other_corners(kind, known, new, glued, anchor, L)
         self.rest(shape, known, glued)
         pattern = self.make_pattern(kind, known, glued, 0) if repeats is None else None
-        before = self.last.signature if self.last else 0
         cell = self.come(kind, known, glued, self.ask.signature, repeats or {})
-        ends, ending = self.ends_of(cell, [k for k in range(shape.corners) if new[k]], before)
+        ends, ending = self.ends_of(cell, [k for k in range(shape.corners) if new[k]], L.signature if L else 0)
         cell.signature = self.ask.signature
         if pattern:
             cell.pattern = self.pattern_id(pattern[:3] + (ends % (1 << shape.corners),), cell.signature)
@@ -552,49 +495,40 @@ class Connectivity:
     def lay_on(shape, known, glued, there, turn):
         """Lays an own face, which it gives, on a face of another cell."""
         own, rotation, way = turn >> 3, turn & 3, -1 if turn >> 2 & 1 else 1
-        require(own < len(shape.faces), "a turn that does not exist")
-        cycle, points = shape.faces[own], there[0].points(there[1])
-        require(len(cycle) == len(points) and rotation < len(cycle), "a turn that does not exist")
-        for i, p in enumerate(points):
-            known[cycle[(rotation + way * i) % len(cycle)]] = p
+        for k, p in zip(turned(shape.faces[own], rotation, way), there[0].points(there[1])):
+            known[k] = p
         glued[own] = there
         return own
 
     def on_solid(self, shape, known, own, anchor):
         """Polygons on an open face of a solid."""
         a, b = (known[k] for k in shape.faces[own])
-        n, first, found = shape.corners, shape.faces[own][0], []
-        for cell in a.cells:
-            faces = [cell.points(f) for f in cell.open_faces()] if cell.shape.dimension == 3 else []
-            found += [(cell, points) for points in faces if len(points) == n and a in points and b in points and not set(points) <= set(anchor.corners)]
+        n, first, apart = shape.corners, shape.faces[own][0], set(anchor.corners)
+        faces = [(cell, cell.points(f)) for cell in a.cells if cell.shape.dimension == 3 for f in cell.open_faces()]
+        found = [face for face in faces if len(face[1]) == n and {a, b} <= set(face[1]) and not set(face[1]) <= apart]
         for i, (cell, points) in enumerate(found[:9]):
             if self.ask(13, min(i, 3), cell.signature, 0):
-                at = points.index(a)
-                step = 1 if points[(at + 1) % n] is b else -1
-                for k in range(n):
-                    known[(first + k) % n] = points[(at + step * k) % n]
+                for k, p in zip(turned(range(n), first, 1), along(points, a, b)):
+                    known[k] = p
                 return
 
     def edges(self, kind, known, glued, own, anchor):
         faces, g = SHAPES[kind].faces, 0
-        cycle = faces[own]
-        for i, (u, v) in enumerate(zip(cycle, cycle[1:] + cycle[:1])):
-            h = SHAPES[kind].other_face(own, u, v)
+        for i, (u, v) in enumerate(edges_of(faces[own])):
+            h, ends = SHAPES[kind].other_face(own, u, v), (known[u], known[v])
             if glued[h]:
                 continue
-            ends = known[u], known[v]
             around, other = ends if ends[0].valence <= ends[1].valence else ends[::-1]
-            cells = min(sum(other in x.corners and x.shape.dimension == 3 for x in around.cells[:64]), 15)
-            found = []
-            for cell in around.cells[:64]:
-                for f in cell.open_faces() if cell is not anchor and cell.shape.dimension == 3 else []:
-                    laid = self.lay(faces[h], u, v, known, cell.points(f))
-                    found += [(cell, f, laid)] if laid else []
-            found = found[:8]
-            for k, (cell, f, laid) in enumerate(found):
+            solids = [x for x in around.cells[:64] if x.shape.dimension == 3]
+            cells, found = min(sum(other in x.corners for x in solids), 15), []
+            for cell, f in ((cell, f) for cell in solids if cell is not anchor for f in cell.open_faces()):
+                laid = self.lay(faces[h], u, v, known, cell.points(f))
+                found += [(cell, f, laid)] if laid else []
+            for k, (cell, f, laid) in enumerate(found[:8]):
                 there = sum(known[j] is not None for j in faces[h])
                 local = cells | there - 2 << 4 | min(len(found), 3) << 6 | g << 8 | i << 12 | min(k, 3) << 14 | kind << 16
-                if self.ask(9, local, hash32(anchor.signature, cell.signature), 16 * (32 * ends[0].valence + ends[1].valence) + cells):
+                valence = 16 * (32 * ends[0].valence + ends[1].valence) + cells
+                if self.ask(9, local, hash32(anchor.signature, cell.signature), valence):
                     glued[h] = cell, f
                     g |= 1 << i
                     for j, p in laid:
@@ -604,30 +538,22 @@ class Connectivity:
     @staticmethod
     def lay(cycle, u, v, known, points):
         """Which points the corners of a face are, laid on another at the edge from u to v; nothing if that cannot be."""
-        n = len(points)
-        if len(cycle) != n or known[u] not in points:
-            return None
-        at, start = points.index(known[u]), cycle.index(u)
-        way = 1 if cycle[(start + 1) % n] == v else -1
-        for step in (1, -1):
-            if points[(at + step) % n] is known[v]:
-                laid = [(cycle[(start + way * k) % n], points[(at + step * k) % n]) for k in range(n)]
-                if all(known[j] in (None, p) for j, p in laid):
-                    return laid
+        for way in (1, -1) if len(cycle) == len(points) and known[u] in points else ():
+            laid = list(zip(along(cycle, u, v), turned(points, points.index(known[u]), way)))
+            if laid[1][1] is known[v] and all(known[j] in (None, p) for j, p in laid):
+                return laid
         return None
 
     def other_corners(self, kind, known, new, glued, anchor, L):
         """Sets known and new, and gives which corners repeat new ones, None if none repeats another."""
-        ask, shape, repeats, repeated = self.ask, SHAPES[kind], {}, False
+        ask, shape, repeats, repeated, self.old_corners = self.ask, SHAPES[kind], {}, False, 0
         signature, faces = anchor.signature if anchor else 0, sum(g is not None for g in glued)
-        self.old_corners = 0
         for k in range(shape.corners):
             if known[k] is not None:
                 continue
             if (any(known) or any(new)) and ask(11, kind, 0, 0):
                 of, repeated = self.sequence.raw(3), True
                 of = repeats.get(of, of)
-                require(of < shape.corners and (new[of] or known[of]), "a corner that repeats none")
                 known[k] = known[of]
                 if new[of]:
                     repeats[k] = of
@@ -635,27 +561,22 @@ class Connectivity:
             near, v = [known[n] for n in shape.near[k] if known[n]], 0
             for p in near:
                 v = (v << 4 | min(p.valence, 15)) & 0xFFFFFFFF
-            if ask(10, k | len(near) << 3 | faces << 5 | any(new) << 8 | kind << 9, signature, 8 * v + k):
-                new[k] = True
+            new[k] = bool(ask(10, k | len(near) << 3 | faces << 5 | any(new) << 8 | kind << 9, signature, 8 * v + k))
+            if new[k]:
                 continue
             self.old_corners += 1
             times = {}
-            for p in near:
-                for q in self.joined(p, shape):
-                    if q and q not in known and (q in times or len(times) < 24):
-                        times[q] = times.get(q, 0) + 1
+            for q in (q for p in near for cell in p.cells[:48] for q in self.joined_in(cell, p, shape)):
+                if q and q not in known and (q in times or len(times) < 24):
+                    times[q] = times.get(q, 0) + 1
             for i, (q, n) in enumerate(sorted(times.items(), key=lambda x: -min(x[1], 255))[:12]):
                 if ask(12, i | min(n, 7) << 4 | kind << 7, signature, 16 * min(q.valence, 31) + i):
                     known[k] = q
                     break
-            else:
-                same = L and L.alive and k < len(L.corners) and L.corners[k]
-                known[k] = self.old_point(same.number if same else self.G)
+            same = L and L.alive and k < len(L.corners) and L.corners[k]
+            known[k] = known[k] or self.old_point(same.number if same else self.G)
         return repeats if repeated else None
 
-    def joined(self, p, shape):
-        """Points that an edge of a cell joins to a point."""
-        return [q for cell in p.cells[:48] for q in self.joined_in(cell, p, shape)]
-
     def joined_in(self, cell, p, shape):
+        """Points that an edge of a cell joins to a point."""
         return [cell.corners[j] for i, q in enumerate(cell.corners) if q is p for j in cell.shape.near[i]]

@@ -1,11 +1,8 @@
 """Compares what this decoder makes of files with what `maille decompress` makes of them, bit for bit."""
-
 import re
 import subprocess
 from collections import Counter
-
 import numpy as np
-
 from description import CELLS, POINTS, TWINS
 
 TYPES = {"Int8": "i1", "UInt8": "u1", "Int16": "i2", "UInt16": "u2", "Int32": "i4", "UInt32": "u4", "Int64": "i8", "UInt64": "u8"}

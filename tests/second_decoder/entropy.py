@@ -1,80 +1,88 @@
-"""Sections 10.2 to 10.5 of docs/format.md: coded sequences, models, static tables, mixed sequences."""
-
+"""Sections 10.2 to 10.5, 16.4 and 16.6 of docs/format.md: sequences, models, static tables."""
 import math
 from bisect import bisect_right
 from collections import defaultdict
-from functools import partial
 from itertools import accumulate
+from container import M64, clamp, wrap
 
-from container import require
-
-BLOCK = 131072
 RATES = [1, 2, 2] + 4 * [3] + 9 * [4] + 32 * [5] + 143 * [6] + [7]
-STEPS = [131072 // (2 * v + 3) for v in range(251)]
-
+OPENED = []  # all sequences, to see in the end that they were read to theirs
 
 class Bit:
-    __slots__ = ("p", "v")
-    low, high, most = 32, 65504, 126
-
-    def __init__(self):
-        self.p, self.v = 32768, 0
+    p, v, low, high, most = 32768, 0, 32, 65504, 126
 
     def learn(self, bit):
-        self.p += ((self.high if bit else self.low) - self.p) * STEPS[self.v] >> 16
+        self.p += ((self.high if bit else self.low) - self.p) * (131072 // (2 * self.v + 3)) >> 16
         self.v = min(self.v + 1, self.most)
 
-
 class Symbol:
-    __slots__ = ("c", "v")
-
-    def __init__(self):
-        self.c, self.v = [2048 * i for i in range(16)], 0
-
-    def interval(self, s):
-        return self.c[s], (self.c[s + 1] if s < 15 else 32768) - self.c[s]
+    c, v = [2048 * i for i in range(17)], 0
 
     def learn(self, s):
         rate = RATES[self.v]
         self.v = min(self.v + 1, 191)
         self.c = [c + ((i if i <= s else 32752 + i) - c >> rate) for i, c in enumerate(self.c)]
 
+class Run:
+    p, v = 1 << 31, 0
 
-bits, symbols = partial(defaultdict, Bit), partial(defaultdict, Symbol)  # by whatever stands in the brackets of the text
+    def learn(self, bit):
+        change = ((2**32 - 1) * bit - self.p) * (655360 // (10 * self.v + 16))
+        self.p += change // 65536 if change >= 0 else -(-change // 65536)
+        self.v = min(self.v + 1, 1000)
 
+class Score:
+    """16.7: of the low bits of residuals, and what they were last by head."""
 
-class Count:
     def __init__(self):
-        self.symbol, self.length = Symbol(), bits()
+        self.score, self.last = 0, defaultdict(int)
 
+class Models(dict):
+    """Models by kind and name, with what stands in the brackets of the text; one that is asked for first is fresh."""
 
-class Offset:
-    def __init__(self):
-        self.symbol, self.sign, self.count = Symbol(), Bit(), Count()
+    def __missing__(self, key): return self.setdefault(key, key[0]())
 
+class Sequence:
+    def __init__(self, data):
+        self.data, self.at = data, 0
+        OPENED.append(self)
 
-counts = partial(defaultdict, Count)
+    def word(self, size, order="little"):
+        self.at += size
+        return int.from_bytes(self.data[self.at - size : self.at].ljust(size, b"\0"), order)
 
+    def ended(self): return self.at == len(self.data)
 
-class Operations:
-    """The operations of 10.2, over slot(width, lane) and take(width, lane, start, frequency, slot)."""
+class Operations(Sequence):
+    """10.2, over slot(width, lane) and take(width, lane, start, frequency, slot)."""
+
+    def __init__(self, data, models=None):
+        super().__init__(data)
+        self.models = Models() if models is None else models
+
+    def forget(self):
+        self.models = Models()  # fresh ones from here on
 
     def raw(self, n, lane=0):
         slot = self.slot(n, lane)
         self.take(n, lane, slot, 1, slot)
         return slot
 
-    def bit(self, model, lane=0):
-        slot, p = self.slot(16, lane), model.p
-        bit = int(slot < p)
-        self.take(16, lane, 0 if bit else p, p if bit else 65536 - p, slot)
+    def decision(self, p, lane=0):
+        slot = self.slot(16, lane)
+        self.take(16, lane, *((0, p) if slot < p else (p, 65536 - p)), slot)
+        return int(slot < p)
+
+    def bit(self, *name, lane=0):
+        model = self.models[Bit, name]
+        bit = self.decision(model.p, lane)
         model.learn(bit)
         return bit
 
-    def symbol(self, model, lane=0):
-        slot = self.slot(15, lane)
+    def symbol(self, *name, lane=0):
+        model, slot = self.models[Symbol, name], self.slot(15, lane)
         s = bisect_right(model.c, slot) - 1
-        self.take(15, lane, *model.interval(s), slot)
+        self.take(15, lane, model.c[s], model.c[s + 1] - model.c[s], slot)
         model.learn(s)
         return s
 
@@ -82,47 +90,87 @@ class Operations:
         """n bits, `most` at a time, the highest first."""
         value = 0
         while n > 0:
-            r = min(n, most)
-            value, n = value << r | self.raw(r), n - r
+            value, n = value << min(n, most) | self.raw(min(n, most)), n - most
         return value
 
-    def count(self, model):
-        s, n = self.symbol(model.symbol), 1
+    def count(self, *name):
+        s, n = self.symbol(*name), 1
         if s < 15:
             return s
-        while n <= 32 and self.bit(model.length[n]):
+        while n <= 32 and self.bit(*name, n):
             n += 1
         return 14 + (1 << n - 1) + self.raw(n - 1) & 0xFFFFFFFF
 
-    def offset(self, model):
-        s = self.symbol(model.symbol)
+    def offset(self, *name):
+        s = self.symbol(*name)
         if s < 15:
             return s - 7
-        negative = self.bit(model.sign)
-        m = self.count(model.count) % 2**30 + 8
+        negative, m = self.bit(*name), self.count(*name, "count") % 2**30 + 8
         return -m if negative else m
 
-    def tree(self, models, n, *context):
+    def tree(self, n, *name):
         """n bits, highest first, each by the node that those before it lead to."""
         node = 1
         for _ in range(n):
-            node = 2 * node + self.bit(models[context + (node,)])
+            node = 2 * node + self.bit(*name, node)
         return node - (1 << n)
 
+    def run(self, *name):
+        """16.4: flags that are nearly always the same."""
+        model = self.models[Run, name]
+        bit = self.decision(max(model.p >> 16, 1))
+        model.learn(bit)
+        return bit
+
+    def difference(self, name):
+        """16.4: signed numbers of 64 bits."""
+        n = self.tree(6, name, "length")
+        negative, size = self.bit(name, "sign", n), int(n > 0)
+        for i in range(n - 1):
+            size = 2 * size + (self.bit(name, "head", n, size) if i < 2 else self.raw(1))
+        return -size - 1 if negative else size
+
+    def residual(self, m, expected, spread, B):
+        """13.4."""
+        return self.rest_of_residual(m, self.length_of_residual(m, expected, spread, B), B)
+
+    def length_of_residual(self, m, expected, spread, B, lane=0):
+        o = expected // 2
+        s = self.symbol("Length", m, min(o, 19), spread, lane=lane)
+        return min(max(o - 7, 0) + s if s < 15 else self.raw(7, lane), B)
+
+    def rest_of_residual(self, m, length, B, lane=0, scored=False):
+        """`scored`: 16.7, where low bits have models that count if they were right before."""
+        if length == 0:
+            return 0
+        n = min(length - 1, 3)
+        left = after = length - 1 - n
+        head, w, score = self.symbol("Head", m, length, lane=lane), min(left, 8), self.models[Score, (m, length)]
+        v = (1 << n) + head % (1 << n)
+        if scored and left >= 4 and score.score > 0:
+            v = v << 4 | self.symbol("Low", m, length, head, lane=lane)
+            if w > 4:
+                v = v << w - 4 | self.symbol("Lower", m, length, head, v % 16, lane=lane) % (1 << w - 4)
+            left -= w
+        if B == 64 and left > 32:
+            left -= 32
+            v = v << 32 | self.raw(32, lane)
+        v = v << left | self.raw(left, lane)
+        if scored and after >= 4:
+            t = v >> after - w & (1 << w) - 1
+            score.score = clamp(score.score + (1 << w - 4 if score.last[head] == t else -1), -255, 255)
+            score.last[head] = t
+        return wrap(-v if head >> n & 1 else v, B)
 
 class CodedSequence(Operations):
-    """10.2: blocks of states and words, read by asymmetric numeral systems."""
+    """10.2."""
 
-    def __init__(self, data, lanes=1):
-        self.data, self.at, self.operations, self.x = data, 0, 0, [0] * lanes
-
-    def word(self, size):
-        self.at += size
-        require(self.at <= len(self.data), "a coded sequence ends early")
-        return int.from_bytes(self.data[self.at - size : self.at], "little")
+    def __init__(self, data, lanes=1, models=None):
+        super().__init__(data, models)
+        self.operations, self.x = 0, [2**32] * lanes
 
     def slot(self, width, lane):
-        if self.operations % BLOCK == 0:
+        if self.operations % 131072 == 0:
             self.x = [self.word(8) for _ in self.x]
         self.operations += 1
         return self.x[lane] & (1 << width) - 1
@@ -131,188 +179,119 @@ class CodedSequence(Operations):
         x = frequency * (self.x[lane] >> width) + slot - start
         self.x[lane] = x << 32 | self.word(4) if x < 2**32 else x
 
-    def end(self):
-        """A reader MAY ignore what a writer MUST see to; this one looks, as it is here to find fault."""
-        require(self.at == len(self.data), "bytes behind the last word of a coded sequence")
-        require(not self.operations or all(x == 2**32 for x in self.x), "a coded sequence does not end with states of 2^32")
-
+    def ended(self): return super().ended() and all(x == 2**32 for x in self.x)
 
 # --- 10.3 and 10.4: static tables, and symbols with them
 
 OCTAVE = [32768, 34219, 35734, 37316, 38968, 40693, 42495, 44376, 46341, 48393, 50535, 52773, 55109, 57549, 60097, 62757]
 
-
-class Table:
-    def __init__(self, depths, R, b):
-        halvings = [(l - 1) * 16 // R for l in depths]
-        weights = [OCTAVE[-d % 16] * 32768 >> (d + 15) // 16 if l else 0 for l, d in zip(depths, halvings)]
-        total = sum(weights)
-        frequencies = [max(1, (w << b) // total) if w else 0 for w in weights]
-        while sum(frequencies) > 1 << b:
-            frequencies[frequencies.index(max(frequencies))] -= 1
-        frequencies[frequencies.index(max(frequencies))] += (1 << b) - sum(frequencies)
-        self.frequencies, self.starts, self.b = frequencies, list(accumulate(frequencies, initial=0)), b
-
-    def step(self, x):
-        slot = x & (1 << self.b) - 1
-        s = bisect_right(self.starts, slot) - 1
-        return s, self.frequencies[s] * (x >> self.b) + slot - self.starts[s]
-
+def table(depths, R, b):
+    """Where the slots of each symbol start, and the number of all slots."""
+    halvings = [(depth - 1) * 16 // R for depth in depths]
+    weights = [OCTAVE[-h % 16] * 32768 >> (h + 15) // 16 if depth else 0 for depth, h in zip(depths, halvings)]
+    frequencies = [max(1, (w << b) // sum(weights)) if w else 0 for w in weights]
+    while sum(frequencies) > 1 << b:
+        frequencies[frequencies.index(max(frequencies))] -= 1
+    frequencies[frequencies.index(max(frequencies))] += (1 << b) - sum(frequencies)
+    return list(accumulate(frequencies, initial=0))
 
 def tables(sequence, contexts, size, most, b):
     """The table of each context."""
-    count_model, new, which, length, there, step = Count(), Bit(), Count(), Count(), bits(), defaultdict(Offset)
-    R = 2 ** min(sequence.raw(3), 4)
-    n = min(sequence.count(count_model), most - 1) + 1
+    sequence.forget()
+    R, n = 2 ** min(sequence.raw(3), 4), min(sequence.count("tables"), most - 1) + 1
     known, runs = 0, [0] * contexts if n == 1 else []
     while len(runs) < contexts:
-        if known == 0 or known < n and sequence.bit(new):
-            table, known = known, known + 1
-        else:
-            table = min(sequence.count(which), known - 1)
-        runs += [table] * min(sequence.count(length) + 1, contexts - len(runs))
+        new = known == 0 or known < n and sequence.bit("new")
+        which, known = (known, known + 1) if new else (min(sequence.count("which"), known - 1), known)
+        runs += [which] * min(sequence.count("run") + 1, contexts - len(runs))
     old, made = [0] * size, []
     for _ in range(n):
         depth, last = [0] * size, R
         for s in range(size):
-            if sequence.bit(there[2 * (old[s] > 0) + (s > 0 and depth[s - 1] > 0)]):
-                move = sequence.offset(step[old[s] > 0])
+            if sequence.bit("there", old[s] > 0, s > 0 and depth[s - 1] > 0):
+                move = sequence.offset("step", old[s] > 0)
                 old[s] = depth[s] = last = max(1, min((old[s] or last) + move, 10 * R + 1))
-        made.append(Table(depth, R, b))
-    return [made[table] for table in runs]
+        made.append(table(depth, R, b))
+    return [made[which] for which in runs]
 
-
-class StaticSymbols:
+class StaticSymbols(Sequence):
     """States, and one row of words that all of them take from when they fall below `lowest`."""
 
     def __init__(self, data, lanes, state_bytes, word_bytes, lowest):
-        require(len(data) >= lanes * state_bytes, "a row of symbols lacks its states")
-        self.x = [int.from_bytes(data[i * state_bytes :][:state_bytes], "little") for i in range(lanes)]
-        self.data, self.at, self.word_bytes, self.lowest = data, lanes * state_bytes, word_bytes, lowest
+        super().__init__(data)
+        self.x, self.word_bytes, self.lowest = [self.word(state_bytes) for _ in range(lanes)], word_bytes, lowest
 
     def refill(self, lane, x):
-        if x < self.lowest:
-            x = x << 8 * self.word_bytes | int.from_bytes(self.data[self.at : self.at + self.word_bytes], "little")
-            self.at += self.word_bytes
-            require(self.at <= len(self.data), "a row of symbols ends early")
-        self.x[lane] = x
+        self.x[lane] = x << 8 * self.word_bytes | self.word(self.word_bytes) if x < self.lowest else x
 
-    def symbol(self, lane, table):
-        s, x = table.step(self.x[lane])
-        self.refill(lane, x)
+    def symbol(self, lane, starts):
+        x, slot = divmod(self.x[lane], starts[-1])
+        s = bisect_right(starts, slot) - 1
+        self.refill(lane, (starts[s + 1] - starts[s]) * x + slot - starts[s])
         return s
-
-    def end(self):
-        require(self.at == len(self.data), "bytes behind the last symbol")
-
-
-class Events(StaticSymbols):
-    def __init__(self, data):
-        super().__init__(data, 1, 8, 4, 2**31)
 
     def raw(self, n):
         value = self.x[0] & (1 << n) - 1
         self.refill(0, self.x[0] >> n)
         return value
 
-    def number(self, table):
-        s = self.symbol(0, table)
-        n = s - 9
-        return s if s < 12 else (1 << n) + self.raw(min(n, 16)) + (self.raw(n - 16) << 16 if n > 16 else 0)
-
-
-class RawBits:
-    """12.3: raw bits, lowest bit of the first byte first."""
-
-    def __init__(self, data):
-        self.bits, self.left = int.from_bytes(data, "little"), 8 * len(data)
-
-    def raw(self, n):
-        self.left -= n
-        require(self.left >= 0, "raw bits end early")
-        value = self.bits & (1 << n) - 1
-        self.bits >>= n
-        return value
-
+    def number(self, starts):
+        s = self.symbol(0, starts)
+        return s if s < 12 else (1 << s - 9) + self.raw(min(s - 9, 16)) + (self.raw(s - 25) << 16 if s > 25 else 0)
 
 # --- 10.5: mixed sequences
 
-
 class MixedSequence(Operations):
-    def __init__(self, data):
-        self.data, self.at, self.range, self.value = data, 0, 2**64 - 1, 0
-        self.value = self.next(8)
-
-    def next(self, n):
-        self.at += n
-        require(self.at <= len(self.data) + 4, "a mixed sequence ends early")
-        return self.value << 8 * n | int.from_bytes(self.data[self.at - n : self.at].ljust(n, b"\0"), "big")
+    def __init__(self, data, models=None):
+        super().__init__(data, models)
+        self.range, self.value = M64, self.word(8, "big")
 
     def refill(self):
         if self.range < 2**32:
-            self.range <<= 32
-            self.value = self.next(4)
+            self.range, self.value = self.range << 32, self.value << 32 | self.word(4, "big")
 
-    def decision(self, p):
+    def decision(self, p, lane=0):
         bound = (self.range >> 16) * p
         bit = int(self.value < bound)
-        self.value -= 0 if bit else bound
-        self.range = bound if bit else self.range - bound
+        self.value, self.range = (self.value, bound) if bit else (self.value - bound, self.range - bound)
         self.refill()
         return bit
 
-    def slot(self, width, lane):
-        return min(self.value // (self.range >> width), (1 << width) - 1)
+    def slot(self, width, lane): return min(self.value // (self.range >> width), (1 << width) - 1)
 
     def take(self, width, lane, start, frequency, slot):
         unit = self.range >> width
         self.value, self.range = self.value - unit * start, unit * frequency
         self.refill()
 
-    def bit(self, model, lane=0):
-        bit = self.decision(model.p)
-        model.learn(bit)
-        return bit
-
-    def end(self):
-        require(self.at >= len(self.data), "bytes behind a mixed sequence")
-
+    def ended(self): return len(self.data) <= self.at <= len(self.data) + 4
 
 LOGISTIC = [math.floor(65536 / (1 + math.exp(-x / 256)) + 0.5) for x in range(-2048, 2048)]
 LOGIT = [max(-2047, min(2047, round(256 * math.log((i + 0.5) / (4095.5 - i))))) for i in range(4096)]
 
-
-def logistic(x):
-    return LOGISTIC[x + 2048]
-
+def logistic(x): return LOGISTIC[x + 2048]
 
 def hash32(h, v):
     g = (h ^ v & 0xFFFFFFFF) * 2654435761 & 0xFFFFFFFF
     return g ^ g >> 15
 
-
 class Cell(Bit):
     """A wide cell."""
-
-    __slots__ = ()
     low, high, most = 0, 65535, 250
 
-    def logit(self):
-        return LOGIT[self.p >> 4] * (512 * self.v // (2 * self.v + 3)) >> 8
-
+    def logit(self): return LOGIT[self.p >> 4] * (512 * self.v // (2 * self.v + 3)) >> 8
 
 class Mixer:
-    def __init__(self, n, weight):
-        weights = weight if isinstance(weight, list) else [weight] * n
+    def __init__(self, weights):
         self.rows = [defaultdict(lambda: list(weights)) for _ in range(2)]
         self.maps = defaultdict(lambda: [logistic(max(-2047, min(128 * k - 2048, 2047))) for k in range(34)])
         self.rate, self.decisions = 1966, 0
 
     def bit(self, sequence, inputs, row0, row1, map_):
-        rows = self.rows[0][row0], self.rows[1][row1]
+        rows, table = (self.rows[0][row0], self.rows[1][row1]), self.maps[map_]
         dots = [max(-2047, min(sum(w * x for w, x in zip(row, inputs)) >> 14, 2047)) for row in rows]
         m = sum(dots) >> 1
-        k, w, table = m + 2048 >> 7, (m + 2048) % 128, self.maps[map_]
+        k, w = divmod(m + 2048, 128)
         a = table[k] * (128 - w) + table[k + 1] * w >> 7
         bit = sequence.decision(max(24, min(logistic(m) + a + 1 >> 1, 65512)))
         for row, z in zip(rows, dots):
@@ -324,66 +303,35 @@ class Mixer:
             self.rate = 131 + 1835 * 300000 // (300000 + self.decisions)
         return bit
 
-
-class Run:
-    """16.4: flags that are nearly always the same."""
-
-    def __init__(self):
-        self.p, self.v = 1 << 31, 0
-
-    def read(self, sequence):
-        bit = sequence.decision(max(self.p >> 16, 1))
-        change = ((2**32 - 1) * bit - self.p) * (655360 // (10 * self.v + 16))
-        self.p += change // 65536 if change >= 0 else -(-change // 65536)
-        self.v = min(self.v + 1, 1000)
-        return bit
-
-
-class Difference:
-    """16.4: signed numbers of 64 bits."""
-
-    def __init__(self):
-        self.length, self.sign, self.head = bits(), bits(), bits()
-
-    def read(self, sequence):
-        n = sequence.tree(self.length, 6)
-        negative, size = sequence.bit(self.sign[n]), int(n > 0)
-        for i in range(n - 1):
-            size = 2 * size + (sequence.bit(self.head[8 * n + size]) if i < 2 else sequence.raw(1))
-        return -size - 1 if negative else size
-
-
 class Asker:
     """16.6: ask, with the cells and the mixer that a set of questions has."""
 
     def __init__(self, mixed):
-        self.mixed, self.t, self.few = mixed, 14, 0
-        self.cells, self.mixer, self.signature, self.sequence = defaultdict(Cell), Mixer(4, 5000), 0, None
+        self.mixed, self.t, self.few, self.signature, self.sequence = mixed, 14, 0, 0, None
+        self.cells, self.mixer = defaultdict(Cell), Mixer([5000] * 4)
 
-    def cell(self, x):
-        return self.cells[(x * 2654435761 & 0xFFFFFFFF) >> 32 - self.t]
+    def cell(self, x): return self.cells[(x * 2654435761 & 0xFFFFFFFF) >> 32 - self.t]
 
     def __call__(self, Q, local, nearby, valence):
         base, before = hash32(Q + 1, local), self.signature
         cell = self.cell(base) if self.mixed else self.cells[base >> 18]
-        if not self.mixed or cell.v >= 100 and cell.p < 128:
-            bit = self.sequence.decision(max(32, min(cell.p, 65504)))
-            cell.learn(bit)
+        plain, cells = not self.mixed or cell.v >= 100 and cell.p < 128, [cell]
+        if plain:
+            bit = self.sequence.decision(clamp(cell.p, 32, 65504))
         else:
-            hashes = (valence + 196608, base), (before + 262144, base), (before + 458752, hash32(base, nearby + 131072))
-            cells = [cell] + [self.cell(hash32(h, v)) for v, h in hashes]
-            few = max(sum(c.v > 2 for c in cells) - 1, 0)
+            hashes = (base, valence + 196608), (base, before + 262144), (hash32(base, nearby + 131072), before + 458752)
+            cells += [self.cell(hash32(*h)) for h in hashes]
+            met = max(sum(c.v > 2 for c in cells) - 1, 0)
             self.few += sum(c.v < 2 for c in cells)
-            bit = self.mixer.bit(self.sequence, [c.logit() for c in cells], 8 * Q + few, 16 * Q + local % 16, Q)
-            for c in cells:
-                c.learn(bit)
-            if self.few > 1 << self.t - 1 and self.t < 18:
-                self.grow()
+            bit = self.mixer.bit(self.sequence, [c.logit() for c in cells], 8 * Q + met, 16 * Q + local % 16, Q)
+        for c in cells:
+            c.learn(bit)
+        if not plain and self.few > 1 << self.t - 1 and self.t < 18:
+            self.grow()
         self.signature = hash32(before, bit)
         return bit
 
     def grow(self):
         self.few, self.t, old, self.cells = 0, self.t + 1, self.cells, defaultdict(Cell)
-        for i, c in old.items():
-            for j in (2 * i, 2 * i + 1):
-                self.cells[j].p, self.cells[j].v = c.p, min(c.v, 1)
+        for j, c in ((j, c) for i, c in old.items() for j in (2 * i, 2 * i + 1)):
+            self.cells[j].p, self.cells[j].v = c.p, min(c.v, 1)

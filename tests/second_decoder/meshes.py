@@ -1,5 +1,4 @@
 """Small random meshes, written as VTU files: what the encoder makes of them is this decoder's food."""
-
 import numpy as np
 
 NAMES = {"i1": "Int8", "u1": "UInt8", "i2": "Int16", "u2": "UInt16", "i4": "Int32", "u4": "UInt32", "i8": "Int64", "u8": "UInt64", "f4": "Float32", "f8": "Float64"}

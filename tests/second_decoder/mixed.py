@@ -1,51 +1,30 @@
 """Section 16.12 of docs/format.md, and what it takes of 14.7: values of mode stream by mixed decisions."""
-
 import math
 from collections import defaultdict
-
 import numpy as np
+from container import clamp
+from entropy import Cell, Mixer, hash32
+from maps import bits_of, dot
+from values import F32, Values, Weights
 
-import values
-from codes import bits_of, clamp, dot
-from entropy import Cell, CodedSequence, Mixer, hash32
-
-F32 = np.float32
 LOGISTIC_SUM = [math.floor(2**30 / (1 + math.exp(-(j - 1280) / 64)) + 0.5) for j in range(2562)]
 
-
 def F(x):
-    u = x + 81920
-    j = u >> 6
-    return LOGISTIC_SUM[j] + ((LOGISTIC_SUM[j + 1] - LOGISTIC_SUM[j]) * (u % 64) >> 6)
-
+    j, rest = divmod(x + 81920, 64)
+    return LOGISTIC_SUM[j] + ((LOGISTIC_SUM[j + 1] - LOGISTIC_SUM[j]) * rest >> 6)
 
 def half(x):
-    if not x > 1e-30:
-        return -200
-    if x > 1e30:
-        return 200
-    fraction = bits_of(float(x), "f8") & 2**52 - 1
-    return 2 * (math.frexp(x)[1] - 1) + (fraction >= 0x6A09E667F3BCC)
+    if not 1e-30 < x <= 1e30:
+        return 200 if x > 1e30 else -200
+    return 2 * (math.frexp(x)[1] - 1) + (bits_of(float(x), "f8") & 2**52 - 1 >= 0x6A09E667F3BCC)
 
-
-def narrow(x):
-    return F32(clamp(x, -1e32, 1e32))
-
+def narrow(x): return F32(clamp(x, -1e32, 1e32))
 
 def log_ratio(above, below):
     b = bits_of(F32(max(above, 1)) / F32(max(below, 1)), "f4")
     x, y = F32((b >> 23) - 127), F32(b & 2**23 - 1) / F32(2**23)
     q = F32(0.44078080) + y * (F32(-0.24266946) + y * F32(0.08161574))
     return clamp(int((x + y + y * (F32(1) - y) * q) * F32(177.44568)), -2047, 2047)
-
-
-class Kept:
-    """What later tuples ask of one, by component."""
-
-    def __init__(self, n):
-        self.place, self.error, self.size, self.code, self.was = [0.0] * n, [0.0] * n, [0] * n, [0] * n, [False] * n
-        self.twist, self.bend, self.residual = ([F32(0)] * n for _ in range(3))
-
 
 class Samples:
     """Of a point: what planes know around it."""
@@ -54,23 +33,21 @@ class Samples:
         self.n, self.s, self.P = 0, np.zeros(3), np.zeros((3, 3))
         self.o, self.v, self.w = np.zeros(n), np.zeros(n), np.zeros((n, 3))
 
-
 class Planes:
     def __init__(self, places, n, of_cells):
         self.places, self.n, self.of_cells, self.samples = places, n, of_cells, {}
 
     def plane(self, number, corners):
         """By component; or nothing. Prepares `learn`."""
-        around = [self.samples.setdefault(p, Samples(self.n)) for p in corners]
+        around = self.around = [self.samples.setdefault(p, Samples(self.n)) for p in corners]
         at = [self.places[p] for p in corners]
         if self.of_cells:
             here = sum((x * (1 / len(at)) for x in at), np.zeros(3))
         else:
-            here = self.places[number]
-            self.own = self.samples[number] = Samples(self.n)
-        self.around, self.d = around, [x - here for x in at]
-        n = sum(p.n for p in around)
-        m, C = np.zeros(3), np.zeros((3, 3))
+            here, self.own = self.places[number], Samples(self.n)
+            self.samples[number] = self.own
+        self.d = [x - here for x in at]
+        n, m, C, slope = sum(p.n for p in around), np.zeros(3), np.zeros((3, 3)), np.zeros(3)
         if n:
             for p, d in zip(around, self.d):
                 m = m + (p.s + p.n * d)
@@ -78,19 +55,17 @@ class Planes:
             m = m / n
             C = C - np.outer(n * m, m)
         if self.of_cells:
-            if not n:
-                return None
-            a, t, way = [0.0] * len(at), 1 / n, -m
+            a, t, way = [0.0] * len(at), 1 / max(n, 1), -m
         else:
-            squares = [dot(d, d) for d in self.d]
-            a = [1 / q if q > 1e-60 else 0.0 for q in squares]
+            a, t, way = [1 / q if q > 1e-60 else 0.0 for q in (dot(d, d) for d in self.d)], 0.0, np.zeros(3)
             total = sum(a)
-            if not total > 0:
-                return None
-            a, t, way = [x / total for x in a], 0.0, np.zeros(3)
+            a = [x / total if total else 0.0 for x in a]
             for x, d in zip(a, self.d):
                 way = way - x * d
-        slope = self.slope(C, m, way) if n else np.zeros(3)
+        if not (n if self.of_cells else total > 0):
+            return None
+        if n:
+            slope = self.slope(C, m, way)
         if slope is None:
             return None
         plane = np.zeros(self.n)
@@ -102,15 +77,11 @@ class Planes:
     def slope(C, m, way):
         A = C + (1e-4 * (C[0, 0] + C[1, 1] + C[2, 2]) + 3e-3 * dot(m, m)) * np.eye(3)
         p = A[0, 0]
-        if not p > 0:
-            return None
         f, g = A[1, 0] / p, A[2, 0] / p
         q, o = A[1, 1] - f * A[1, 0], A[2, 1] - g * A[1, 0]
-        if not q > 0:
-            return None
         h = o / q
         r = A[2, 2] - g * A[2, 0] - h * o
-        if not r > 0:
+        if not (p > 0 and q > 0 and r > 0):
             return None
         y = way[1] - f * way[0]
         slope2 = (way[2] - g * way[0] - h * y) / r
@@ -120,62 +91,42 @@ class Planes:
     def learn(self, x):
         x = np.array(x)
         for p, d in zip(self.around, self.d):
-            square = np.outer(d, d)
-            if self.of_cells:
-                p.n, p.v = p.n + 1, p.v + x
-            else:
-                p.n, p.v = p.n + 2, p.v + (x + p.o)
+            square, by = np.outer(d, d), x if self.of_cells else x + p.o
+            p.n, p.v = p.n + (1 if self.of_cells else 2), p.v + by
+            if not self.of_cells:
                 own = self.own
                 own.n, own.s, own.P = own.n + 2, own.s + d, own.P + square
-                own.v, own.w = own.v + (x + p.o), own.w + np.outer(p.o, d)
+                own.v, own.w = own.v + by, own.w + np.outer(p.o, d)
             p.s, p.P, p.w = p.s - d, p.P + square, p.w - np.outer(x, d)
         if not self.of_cells:
             self.own.o = x
-
 
 class Situation:
     def __init__(self):
         self.square, self.visits, self.misses = 0.0, 0, [F32(0)] * 5
 
+class MixedValues(Values):
+    lanes = 1
 
-class MixedValues(values.Values):
     def __init__(self, array, maps, places):
         """`places` of points by number; nothing for positions themselves."""
         super().__init__(array, maps)
-        self.slots, self.last = defaultdict(lambda: Kept(self.n)), Kept(self.n)
-        self.weights, self.situations = defaultdict(lambda: values.Weights(16, True)), defaultdict(Situation)
-        planes = places is not None and array.type >= 8
-        self.planes = Planes(places, self.n, array.domain != 0) if planes else None
+        self.weights, self.situations = defaultdict(lambda: Weights(16, True)), defaultdict(Situation)
+        self.planes = Planes(places, self.n, array.domain != 0) if places is not None and array.type >= 8 else None
         self.ratios = [defaultdict(lambda: F32(1)) for _ in range(4)]
-        self.mixer, self.cells = Mixer(16, [3276] * 4 + [0] + [655] * 3 + [5734] * 8), defaultdict(Cell)
-        self.follow, self.hits, self.hits_of_c0 = defaultdict(int), defaultdict(int), 0
-        self.score, self.counter = 0, 0
+        self.mixer, self.cells = Mixer([3276] * 4 + [0] + [655] * 3 + [5734] * 8), defaultdict(Cell)
+        self.follow, self.hits = defaultdict(int), defaultdict(int)
+        self.hits_of_c0 = self.score = self.counter = 0
 
-    def batch(self, data, elements, numbers):
-        self.sequence = CodedSequence(data)
-        with np.errstate(all="ignore"):
-            rows = [self.element(number, *element) for number, element in zip(numbers, elements)]
-        self.sequence.end()
-        return rows
-
-    def element(self, number, slot, sums, near, situation, corners):
-        self.situation, self.full = situation, situation < 8
-        self.sums = [self.slots[s] for s in sums] if self.full else [[(self.slots[s], w) for s, w in terms] for terms in sums]
-        self.near, self.own = [self.slots[s] for s in near], Kept(self.n)
-        self.plane = self.planes.plane(number, corners) if self.planes and corners is not None else None
+    def tuple(self, number, corners):
+        with_plane = self.planes and corners is not None
+        self.plane = self.planes.plane(number, corners) if with_plane else None
         row = [self.component(k) for k in range(self.n)]
-        if self.planes and corners is not None:
+        if with_plane:
             self.planes.learn(self.own.place)
-        self.last = self.own
-        if slot is not None:
-            self.slots[slot] = self.own
         return row
 
-    def place(self, k, c):
-        return clamp(super().place(k, c), -1e30, 1e30)
-
-    def near_code(self, k, x):
-        return clamp(self.code_near(k, x), 1 - 2 ** (self.B - 1), 2 ** (self.B - 1) - 1)
+    def place(self, k, c): return clamp(super().place(k, c), -1e30, 1e30)
 
     def three_sums(self, k):
         if self.full:
@@ -209,41 +160,37 @@ class MixedValues(values.Values):
         own.was[k] = self.flag(k)
         sums, near, state = self.three_sums(k), self.near or [self.last], self.situations[k, self.situation]
         features, weights = self.features(k, sums), self.weights[0 if self.full else self.situation]
+        # experts
         n = len(near)
         deviation = math.sqrt((sum(float(t.error[k]) ** 2 for t in near) + state.square) / (n + 1))
         mean_size = sum(t.size[k] for t in near) / n
-        correction = F32(0)
-        for w, x in zip(weights.weights, features):
-            correction = correction + w * x
-        third = sums[0] + float(correction)
+        third = sums[0] + float(sum((w * x for w, x in zip(weights.weights, features)), F32(0)))
         if not (third - sums[0]) ** 2 < 100 * deviation * deviation:
             third = sums[0]
         plane = None if self.plane is None else float(self.plane[k])
         candidates = [*sums, third, third if plane is None else plane]
-        best = candidates[min(range(5), key=lambda i: state.misses[i])]
+        best = min(zip(state.misses, range(5), candidates))[2]
         self.means = means = [sums[0], sums[1] if plane is None else plane, best, third]
-        c0 = self.near_code(k, best)
-        base = self.place(k, c0)
         highest = 2 ** (self.B - 1) - 1
+        c0 = clamp(self.code_near(k, best), -highest, highest)
+        base = self.place(k, c0)
         step = max(abs(self.place(k, c0 - 1 if c0 == highest else c0 + 1) - base), 1e-28)
-        deviation = max(deviation, 0.3 * step)
-        whole = math.floor(mean_size)
-        size = 2.0 ** (whole >> 1) * (1.4142135623730951 if whole % 2 else 1.0) * (1 + (mean_size - whole) * 0.41421356237309515)
-        size = max(size, 0.3 * step)
+        deviation, whole = max(deviation, 0.3 * step), math.floor(mean_size)
+        size = 2.0 ** (whole >> 1) * (1.4142135623730951 if whole % 2 else 1.0)
+        size = max(size * (1 + (mean_size - whole) * 0.41421356237309515), 0.3 * step)
         self.size_bin, self.dev_bin = clamp(whole - half(step) + 3, 0, 63), clamp(half(deviation / step) + 3, 0, 63)
         spreads, bins = [deviation, deviation, size, deviation], [self.dev_bin, self.dev_bin, self.size_bin, self.dev_bin]
         self.scales = [max(0.55 * s * float(r[b]), 0.1 * step) for s, r, b in zip(spreads, self.ratios, bins)]
         if own.was[k]:
             own.place[k], own.code[k] = best, c0
             return self.exception()
-        self.k, self.c0, self.base = k, c0, base
-        self.interval = [-highest - 1, highest]
-        code = self.number(k, c0, step, deviation)
+        self.k, self.c0, self.base, self.interval = k, c0, base, [-highest - 1, highest]
+        own.code[k] = code = self.number(k, c0, step, deviation)
+        # learning
         x = own.place[k] = self.place(k, code)
-        own.code[k], own.twist[k], own.bend[k] = code, narrow(x - sums[0]), narrow(x - candidates[4])
-        own.residual[k], off = narrow(x - best), abs(x - best)
-        error = clamp(off, 0.22 * step, 20 * deviation)
-        own.error[k], own.size[k] = narrow(error), half(off + 0.3 * step)
+        own.twist[k], own.bend[k], own.residual[k] = narrow(x - sums[0]), narrow(x - candidates[4]), narrow(x - best)
+        error = clamp(abs(x - best), 0.22 * step, 20 * deviation)
+        own.error[k], own.size[k] = narrow(error), half(abs(x - best) + 0.3 * step)
         state.visits = min(state.visits + 1, 50)
         state.square += (error * error - state.square) * (1 / state.visits)
         for i, candidate in enumerate(candidates):
@@ -251,7 +198,7 @@ class MixedValues(values.Values):
         for ratio, b, mean, s in zip(self.ratios, bins, means, spreads):
             ratio[b] = ratio[b] + F32(0.03) * (F32(min(abs(x - mean) / s, 20)) - ratio[b])
         weights.learn(features, own.twist[k], F32(1 / math.sqrt(size * size + (x - third) ** 2)))
-        return self.bits_of(m, code)
+        return m.stored(code, self.array.dtype)
 
     # --- one number (14.7)
 
@@ -259,22 +206,9 @@ class MixedValues(values.Values):
         own = self.place(self.k, c)
         return own if c == -(2 ** (self.B - 1)) else (self.place(self.k, c - 1) + own) / 2
 
-    def decision(self, p):
-        slot = self.sequence.slot(16, 0)
-        bit = int(slot < p)
-        self.sequence.take(16, 0, 0 if bit else p, p if bit else 65536 - p, slot)
-        return bit
-
-    def learnt(self, cell, p):
-        bit = self.decision(p)
-        cell.learn(bit)
-        return bit
-
     def number(self, k, c0, step, deviation):
-        matching = self.score > 0
-        if not matching:
-            self.counter += 1
-            matching = self.counter % 16 == 0
+        self.counter += self.score <= 0
+        matching = self.score > 0 or self.counter % 16 == 0
         N0 = (self.near[0] if self.near else self.last).code[k]
         before = self.own.code[k - 1] if k else self.last.code[k]
         seeds = [hash32(j, k + 19088743) for j in (1, 2)]
@@ -289,30 +223,27 @@ class MixedValues(values.Values):
                 found.add(code)
                 distance = clamp(half(abs(self.place(k, code) - self.means[2]) / deviation) + 3, 0, 7)
                 self.matches[kind] = code, ((8 * kind + self.hits[kind]) * 8 + distance) * 16
-        self.ends, self.F0 = [[0, 2**30] for _ in range(4)], None
+        self.ends = [[0, 2**30] for _ in range(4)]
         code = self.decide(c0, step)
         if matching:
             for kind in range(7):
                 right = kind in self.matches and self.matches[kind][0] == code
                 self.hits[kind] = (2 * self.hits[kind] + right) % 8
             self.score = clamp(self.score + (100 if code in found else -1), -1, 2000)
-            for place in places:
-                self.follow[place] = code
+            self.follow.update((place, code) for place in places)
         return code
 
     def decide(self, c0, step):
         exact = self.cells["exact", 8 * self.dev_bin + self.hits_of_c0]
         up = self.ask(c0, 0, 1)
         o = c0 - 1 if up else c0
-        off = (self.means[2] - self.base) * (1 if up else -1)
-        scale = self.scales[2]
-        e = min(max(half(max(off + scale, scale / 2) / step + 1), 0) // 2, self.B - 1)
+        off, scale = (self.means[2] - self.base) * (1 if up else -1), self.scales[2]
+        c = e = min(max(half(max(off + scale, scale / 2) / step + 1), 0) // 2, self.B - 1)
 
         def beyond(k, type_):
             few = 2 + 16 * up + min(k, 15)
             return self.ask(o + 2 ** (k + 1), type_, few) if up else not self.ask(o - 2 ** (k + 1) + 1, type_, few)
 
-        c = e
         if up and exact.p > 40000 and not beyond(0, 14):
             c = 0
         elif beyond(c, 1):
@@ -333,9 +264,11 @@ class MixedValues(values.Values):
             low, high = interval
             middle = low + (high - low + 1) // 2
             if i >= 2 and self.flat(low, middle, high):
-                for kind, (code, cell) in self.alive():
+                for code, cell in self.alive().values():
                     model = self.cells["match", cell + 15]
-                    if self.learnt(model, clamp(model.p, 64, 65472)):
+                    bit = self.q.decision(clamp(model.p, 64, 65472))
+                    model.learn(bit)
+                    if bit:
                         return code
                 return self.even()
             few = 34 + 3 * (16 * up + min(c, 15)) + (0 if i == 0 else 1 + prefix % 2) if i < 2 else None
@@ -345,45 +278,43 @@ class MixedValues(values.Values):
 
     def flat(self, low, middle, high):
         begin, width = self.boundary(low), self.boundary(high) - self.boundary(low)
-        return width < self.scales[2] and (width > 0 and 0.3 < (self.boundary(middle) - begin) / width < 0.7)
+        return width < self.scales[2] and width > 0 and 0.3 < (self.boundary(middle) - begin) / width < 0.7
 
     def even(self):
         low, high = self.interval
         while low < high:
             z = high - low + 1
             b = min(z.bit_length() - 1, 16)
-            u, v = z >> b, self.sequence.raw(b)
-            low, top = low + u * v, high
-            high = top if v == 2**b - 1 else min(low + u - 1, top)
+            u, v = z >> b, self.q.raw(b)
+            low, high = low + u * v, high if v == 2**b - 1 else min(low + u * v + u - 1, high)
         return low
 
     def alive(self):
-        return [(kind, match) for kind, match in self.matches.items() if self.interval[0] <= match[0] <= self.interval[1]]
+        return {kind: match for kind, match in self.matches.items() if self.interval[0] <= match[0] <= self.interval[1]}
 
     def ask(self, x, type_, few):
+        """Whether the code is x or more."""
         if x <= self.interval[0] or x > self.interval[1]:
             return int(x <= self.interval[0])
-        y, inputs, cells, now = F32(self.boundary(x) - self.base), [], [], []
-        for mean, scale, (low, high) in zip(self.means, self.scales, self.ends):
+        y, inputs, cells, now = F32(self.boundary(x) - self.base), [0] * 16, [], []
+        for i, (mean, scale, (low, high)) in enumerate(zip(self.means, self.scales, self.ends)):
             at = (y - narrow(mean - self.base)) * F32(4096 / scale)
             now.append(F(int(clamp(at, -81920, 81920))))
-            inputs.append(log_ratio(high - now[-1], now[-1] - low))
-        inputs.append(77)
+            inputs[i] = log_ratio(high - now[-1], now[-1] - low)
+        inputs[4] = 77
         mean0, _, mean2, mean3 = self.means
-        for table, b, above in (("size", self.size_bin, mean0 > mean2), ("dev", self.dev_bin, mean3 > mean2)):
-            inputs.append(0)
-            if few is not None:
-                cells.append((self.cells[table, 2 * b + above, few], None))
-                inputs[-1] = cells[-1][0].logit()
-        inputs += [0] * 9
-        for kind, (code, cell) in self.alive():
+        if few is not None:
+            cells.append((self.cells["size", 2 * self.size_bin + (mean0 > mean2), few], True))
+            cells.append((self.cells["dev", 2 * self.dev_bin + (mean3 > mean2), few], True))
+            inputs[5:7] = [cell.logit() for cell, _ in cells]
+        for kind, (code, cell) in self.alive().items():
             cells.append((self.cells["match", cell + type_], code >= x))
             logit = cells[-1][0].logit()
             inputs[8 + kind] = logit if code >= x else -logit
         row = 16 * (2 * self.situation + (self.k > 0)) + type_
-        bit = self.mixer.bit(self, inputs, 16 * self.dev_bin + type_, row, type_)
+        bit = self.mixer.bit(self.q, inputs, 16 * self.dev_bin + type_, row, type_)
         for cell, right in cells:
-            cell.learn(bit if right is None else bit == right)
+            cell.learn(bit == right)
         self.interval[0 if bit else 1] = x if bit else x - 1
         for ends, moved in zip(self.ends, now):
             ends[0 if bit else 1] = moved

@@ -1,107 +1,51 @@
 """Sections 13.3 to 13.5 and 13.7 of docs/format.md: normals that positions foretell, and twins."""
-
 import math
-from collections import Counter
+from collections import Counter, defaultdict
 from types import SimpleNamespace
-
 import numpy as np
-
 from around import exceptions
-from codes import Map, clamp, clamp_nan, dot, octahedral, wrap
-from container import require
+from container import clamp, wrap
 from description import CELLS, CORNERS, POINTS, TWINS
-from entropy import CodedSequence, bits, symbols
+from entropy import CodedSequence
+from maps import Map, dot, half, octahedral
 
 UNIT, SUMMED, INWARD, FOLLOWS, REPEATS, WELDED = (1 << i for i in range(6))
 ZERO = np.zeros(3)
 NOTHING = ZERO, 0.0  # a sum and its L, or an expected vector and its spread
 
-
 def cross(a, b):
     return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
-
-def length(a):
-    return np.sqrt(dot(a, a))
-
+def length(a): return np.sqrt(dot(a, a))
 
 def unit(v):
     m = np.abs(v).max()
-    if not 1e-300 < m < 1e300:
-        return ZERO
-    v = v / m
-    return v / length(v)
-
-
-def half(x, low=0.0, high=math.inf):
-    m, e = math.frexp(clamp_nan(x, low, high))
-    return 2 * (e - 1) + (m >= 0.75)
-
+    return v / m / length(v / m) if 1e-300 < m < 1e300 else ZERO
 
 def halves(s):
     n = s.bit_length()
     return s if s < 2 else 2 * n - 2 + (s >> n - 2 & 1)
 
-
 def angle(a, b):
-    s = length(cross(a, b))
-    d = np.sqrt(dot(a, a) * dot(b, b)) + dot(a, b)
+    s, d = length(cross(a, b)), np.sqrt(dot(a, a) * dot(b, b)) + dot(a, b)
     if not d > 0:
         return 3.14159265358979312 if s > 0 or dot(a, b) < 0 else 0.0
-    x = s / d
+    x, y = s / d, 0.0
     for _ in range(3):
         x = x / (1 + np.sqrt(1 + x * x))
-    y = 0.0
     for n in range(23, 0, -2):
         y = 1 / n - (x * x) * y
     return 2 * (8 * x * y)
 
-
-class Residuals:
-    """13.4."""
-
-    def __init__(self, sequence):
-        self.sequence, self.lengths, self.heads = sequence, symbols(), symbols()
-
-    def read(self, m, expected, spread, B):
-        o = expected // 2
-        s = self.sequence.symbol(self.lengths[m, min(o, 19), spread])
-        size = min(max(o - 7, 0) + s if s < 15 else self.sequence.raw(7), B)
-        if size == 0:
-            return 0
-        n = min(size - 1, 3)
-        left = size - 1 - n
-        head = self.sequence.symbol(self.heads[m, size])
-        v = (1 << n) + head % (1 << n)
-        if B == 64 and left > 32:
-            left -= 32
-            v = v << 32 | self.sequence.raw(32)
-        v = v << left | self.sequence.raw(left)
-        return wrap(-v if head >> n & 1 else v, B)
-
-
 # --- 13.3: what is around an element
 
-
-class Stencil:
-    def __init__(self, neighbour=None):
-        self.parallelograms, self.neighbour = [], neighbour
-
-    def neighbours(self, before):
-        found = list(dict.fromkeys(x for a, b, _ in self.parallelograms[:5] for x in (a, b)))
-        last = self.neighbour if self.neighbour is not None else before
-        return found or ([] if last is None else [last])
-
-
-def stencil_of(s, corners, E, same, neighbour=None):
-    made = Stencil()
+def neighbours(s, corners, E, same, neighbour=None):
+    """Elements of the stencil's parallelograms, or its neighbour."""
+    pairs = []
     for h in corners:
         i, j = s.next[h], s.previous[h]
-        for k in (i, j):
-            if E(k) is not None:
-                made.neighbour = E(k)
-        a, b = E(i), E(j)
-        across = None
+        a, b, across = E(i), E(j), None
+        neighbour = b if b is not None else a if a is not None else neighbour
         if a is not None and b is not None:
             if s.size(h) > 3:
                 across = E(s.next[i])
@@ -114,30 +58,8 @@ def stencil_of(s, corners, E, same, neighbour=None):
             o, a = s.opposite[s.previous[j]], b
             across = E(s.previous[o]) if same(o, j) else None
         if across is not None:
-            made.parallelograms.append((a, b, across))
-    if made.neighbour is None:
-        made.neighbour = neighbour
-    return made
-
-
-def point_stencil(s, p):
-    if not s.vertices_of[p]:
-        return Stencil()
-    V = s.vertices_of[p][0]
-
-    def E(h):
-        v = s.origin[h]
-        return s.point[h] if v is not None and v < V else None
-
-    return stencil_of(s, s.around(V), E, lambda a, b: True)
-
-
-def face_stencil(s, f):
-    lower = [m for m in (s.face[s.opposite[h]] for h in s.corners(f)) if m < f]
-    made = Stencil(max(lower, default=None))
-    made.parallelograms = [(m, m, m) for m in lower]
-    return made
-
+            pairs.append((a, b))
+    return list(dict.fromkeys(x for pair in pairs[:5] for x in pair)) or ([] if neighbour is None else [neighbour])
 
 def wedges(s, ring, decide):
     """The ring of a vertex cut into wedges: decide(h, g) tells where the text asks whether two corners are joined."""
@@ -150,13 +72,11 @@ def wedges(s, ring, decide):
             cuts += 1 if adjacent else 2
     start = max([k + 1 for k in range(n - 1) if not joined[k]], default=0) if joined[-1] else 0
     made = [[]]
-    for k in range(n):
-        at = (start + k) % n
-        made[-1].append(ring[at])
-        if not joined[at]:
+    for k in (*range(start, n), *range(start)):
+        made[-1].append(ring[k])
+        if not joined[k]:
             made.append([])
     return [wedge for wedge in made if wedge]
-
 
 class Expected:
     """13.5: the vectors that positions foretell, and their spreads."""
@@ -168,9 +88,7 @@ class Expected:
 
     def face_normal(self, f):
         c, *others = (self.at[h] for h in self.s.corners(f))
-        n = ZERO
-        for a, b in zip(others, others[1:]):
-            n = n + cross(a - c, b - c)
+        n = sum((cross(a - c, b - c) for a, b in zip(others, others[1:])), ZERO)
         return n * -1.0 if self.s.flipped[f] else n
 
     def sum_of(self, corners):
@@ -178,10 +96,9 @@ class Expected:
         for h in corners if self.weight < 4 else []:
             n, own = self.face_normals[self.s.face[h]], self.at[h]
             l, a, b = length(n), self.at[self.s.next[h]] - own, self.at[self.s.previous[h]] - own
-            if l > 0:
-                product = dot(a, a) * dot(b, b)
-                g = (1.0, 1 / l, angle(a, b) / l, 1 / product if product else 0.0)[self.weight]
-                total, L = total + n * g, L + l * g
+            product = dot(a, a) * dot(b, b)
+            g = (1.0, 1 / l, angle(a, b) / l, 1 / product if product else 0.0)[self.weight] if l > 0 else 0.0
+            total, L = (total + n * g, L + l * g) if l > 0 else (total, L)
         return total, L
 
     def finished(self, total, L):
@@ -205,76 +122,65 @@ class Expected:
         c = dot(n, m) / product if product else 1.0
         return 1 + sum(1 - c > limit for limit in (1e-6, 0.01, 0.1, 0.5)) if self.weight < 4 else 0
 
-
 class Normals:
     """An array of coding 8 in a patch. `values` are by point, face or half-edge, then the rest."""
 
     def __init__(self, fields, array, patch):
         self.array, self.patch, self.s = array, patch, patch.surface
         octahedron, weight, self.flags = fields.u8(), fields.u8(), fields.u8()
-        require(octahedron in (0, 4) and weight <= 4 and self.flags < 64, "flags of normals that cannot be")
-        self.steps = fields.count(67108864) if octahedron else None
+        self.steps = fields.count() if octahedron else None
         self.maps = [] if octahedron else [Map(fields, array.type) for _ in range(3)]
         found = exceptions(fields.section(), array.dtype)
-        self.sequence = CodedSequence(fields.rest())
-        self.residuals, self.models, self.exponents, self.lasts = Residuals(self.sequence), bits(), symbols(), Counter()
-        self.f64 = array.dtype == "f8"
-        self.kept, self.before = {}, None
-        with np.errstate(all="ignore"):
-            self.expected = Expected(patch, weight, self.flags)
-            by_domain = {POINTS: self.points, CELLS: self.cells, CORNERS: self.corners, TWINS: self.corners}
-            order = by_domain[array.domain]()
-        self.sequence.end()
-        self.values = np.zeros((len(order), 3), array.dtype)
-        as_bits = self.values.view("u" + array.dtype[1])
-        for i in range(len(order)):
-            as_bits[i] = self.kept[i].bits
+        self.q, self.lasts, self.f64 = CodedSequence(fields.rest()), Counter(), array.dtype == "f8"
+        self.kept, self.before, self.expected = {}, None, Expected(patch, weight, self.flags)
+        order = {POINTS: self.points, CELLS: self.cells, CORNERS: self.corners, TWINS: self.corners}[array.domain]()
+        as_bits = np.array([self.kept[i].bits for i in range(len(order))], array.of_bits).reshape(-1, 3)
         for place, value in found.items():
             as_bits[order[place // 3], place % 3] = value
-
-    def bit(self, name, *context):
-        return self.sequence.bit(self.models[(name, *context)])
+        self.values = as_bits.view(array.dtype)
 
     def bit_after_last_two(self, name, *context):
-        bit = self.bit(name, *context, self.lasts[name])
+        bit = self.q.bit(name, *context, self.lasts[name])
         self.lasts[name] = 2 * self.lasts[name] % 4 + bit
         return bit
 
     # --- elements by domain, each giving the order for exceptions
 
     def point_sums(self):
-        own = [[] for _ in range(self.patch.points)]
+        own = defaultdict(list)
         for h in range(self.s.real):
             own[self.s.point[h]].append(h)
-        return [self.expected.sum_of(hs) for hs in own]
+        return [self.expected.sum_of(own[p]) for p in range(self.patch.points)]
 
     def points(self):
-        s, sums, welded = self.s, self.point_sums(), self.flags & WELDED
-        twin, places = [None] * len(sums), {}
+        s, sums, welded, places = self.s, self.point_sums(), self.flags & WELDED, defaultdict(list)
+        twin = [None] * len(sums)
         for p in range(len(sums)) if welded else []:
-            places.setdefault(tuple(self.patch.numbers[p]), []).append(p)
+            places[tuple(self.patch.numbers[p])].append(p)
         for group in places.values():
-            total, L = NOTHING
-            for p in group:
-                total, L = total + sums[p][0], L + sums[p][1]
+            whole = sum((sums[p][0] for p in group), ZERO), sum(sums[p][1] for p in group)
             for p, before in zip(group, [None] + group):
-                sums[p], twin[p] = (total, L), before
+                sums[p], twin[p] = whole, before
         order = sorted(range(len(sums)), key=lambda p: not s.vertices_of[p])
         for p in order:
-            self.element(p, point_stencil(s, p), self.expected.finished(*sums[p]) if s.vertices_of[p] or welded else NOTHING, twin[p])
+            V = s.vertices_of[p][0] if s.vertices_of[p] else None
+
+            def E(h): return s.point[h] if s.origin[h] is not None and s.origin[h] < V else None
+
+            around = [] if V is None else neighbours(s, s.around[V], E, lambda a, b: True)
+            self.element(p, around, self.expected.finished(*sums[p]) if V is not None or welded else NOTHING, twin[p])
         return order
 
     def cells(self):
-        n = len(self.s.faces)
-        for f in range(n):
-            self.element(f, face_stencil(self.s, f), self.expected.of_face(f))
-        order = range(n + sum(map(len, self.patch.fans.loose)))
-        for c in order[n:]:
-            self.element(c, Stencil(), NOTHING)
+        s, n = self.s, len(self.s.faces)
+        order = range(n + len(self.patch.loose))
+        for f in order:
+            lower = [m for m in (s.face[s.opposite[h]] for h in s.corners(f)) if m < f] if f < n else []
+            self.element(f, list(dict.fromkeys(lower[:5])), self.expected.of_face(f) if f < n else NOTHING)
         return order
 
     def corners(self):
-        s, twins, order = self.s, None, []
+        s, twins, order, kept = self.s, None, [], self.kept
         if self.array.domain == TWINS:
             twins = self.patch.made_twins.of + self.patch.made_twins.loose
         sums = self.point_sums() if twins and self.flags & WELDED else None
@@ -285,13 +191,11 @@ class Normals:
                 first.setdefault(twins[h], h)
             order.extend(corners)
 
-        def same(a, b):
-            return a in self.kept and b in self.kept and self.kept[a].codes == self.kept[b].codes
+        def same(a, b): return a in kept and b in kept and kept[a].codes == kept[b].codes
 
-        for V in range(len(s.corner)):
+        for V in range(len(s.around)):
 
-            def E(h):
-                return h if h < s.real and s.origin[h] < V else None
+            def E(h): return h if h < s.real and s.origin[h] < V else None
 
             def joined(h, g):
                 if twins and (twins[h] == twins[g] or twins[h] in first and twins[g] in first):
@@ -306,83 +210,72 @@ class Normals:
                 known = next((first[twins[h]] for h in wedge if twins[h] in first), None) if twins else None
                 if known is None:
                     sum_ = sums[p] if sums else self.expected.sum_of(wedge)
-                    stencil = stencil_of(s, wedge, E, same, before)
-                    self.element(head, stencil, self.expected.finished(*sum_), by_point.get(p) if sums else None)
+                    around = neighbours(s, wedge, E, same, before)
+                    self.element(head, around, self.expected.finished(*sum_), by_point.get(p) if sums else None)
                     by_point[p] = known = head
-                self.kept.update((h, self.kept[known]) for h in wedge)
+                kept.update((h, kept[known]) for h in wedge)
                 come_up(wedge)
                 before = head
             order[len(order) - len(ring) :] = ring
-        for h in range(s.real, s.real + sum(len(nodes) for cells in self.patch.fans.loose for _, nodes in cells)):
+        for h in range(s.real, s.real + sum(len(nodes) for _, nodes in self.patch.loose)):
             if twins and twins[h] in first:
-                self.kept[h] = self.kept[first[twins[h]]]
+                kept[h] = kept[first[twins[h]]]
             else:
-                self.element(h, Stencil(), NOTHING)
+                self.element(h, [], NOTHING)
             come_up([h])
         return order
 
     # --- one element
 
-    def element(self, key, stencil, expected, twin=None):
-        E, spread = expected
-        e = SimpleNamespace(E=E, S=half(spread, 1 / 4096, 1e30))
-        neighbours = [self.kept[n] for n in stencil.neighbours(self.before)]
+    def element(self, key, around, expected, twin=None):
+        E, S = expected[0], half(expected[1], 1 / 4096, 1e30)
+        around = around or ([] if self.before is None else [self.before])
+        around = [self.kept[n] for n in around]
         same = self.kept[twin] if twin is not None and self.bit_after_last_two("Twin") else None
-        if not same and self.flags & REPEATS and neighbours:
-            near, r = None, None
-            for n in neighbours:
-                product = dot(unit(n.E), unit(E))
-                if r is None or product > r:
-                    near, r = n, product
-            r = -2.0 if r != r else r
-            if self.bit_after_last_two("Repeat", (2 - half(1 - r, 1e-16, 2.0)) // 7):
-                same = near
-        if same:
-            e.__dict__.update({name: value for name, value in same.__dict__.items() if name not in ("E", "S")})
-        else:
-            self.components(e, neighbours, E)
+        if not same and self.flags & REPEATS and around:
+            near = around[0]
+            for n in around[1:]:
+                near = n if dot(unit(n.E), unit(E)) > dot(unit(near.E), unit(E)) else near
+            r = dot(unit(near.E), unit(E))
+            same = near if self.bit_after_last_two("Repeat", (2 - half(3.0 if r != r else 1 - r, 1e-16, 2.0)) // 7) else None
+        e = SimpleNamespace(**{**(vars(same) if same else {}), "E": E, "S": S})
+        if not same:
+            self.components(e, around, E)
         self.kept[key], self.before = e, key
 
-    def components(self, e, neighbours, E):
-        error, class_, completion, n = 0, 11, 0, len(neighbours)
+    def components(self, e, around, E):
+        error, class_, completion, n = 0, 11, 0, len(around)
         if n:
-            error, S, completion = (sum(getattr(x, name) for x in neighbours) // n for name in ("error", "S", "completion"))
+            error, S, completion = (sum(getattr(x, name) for x in around) // n for name in ("error", "S", "completion"))
             class_ = clamp(e.S - S + 11 >> 1, 0, 10)
-        Q = ZERO
-        for x in neighbours:
-            Q = Q + (x.vector - x.E if E.any() else x.vector)
-        Q = Q * (1 / n) if n else Q
+        Q = sum((x.vector - x.E if E.any() else x.vector for x in around), ZERO) * (1 / max(n, 1))
         P = Q if not E.any() else E + Q if self.flags & FOLLOWS else E
-        if self.flags & UNIT:
-            P = unit(P)
+        P = unit(P) if self.flags & UNIT else P
         P = np.where(np.isfinite(P), P, 0.0)
         if self.flags & UNIT and not P.any():
             P = np.array([0.0, 0.0, 1.0])
         if self.steps:
             self.octahedron(e, P, error, class_)
         else:
-            self.three(e, P, error, class_, completion, neighbours)
+            self.three(e, P, error, class_, completion, around)
 
     def octahedron(self, e, P, error, class_):
         V, steps = unit(P), self.steps
         h = abs(V[0]) + abs(V[1]) + abs(V[2])
-
-        def out(i, j):
-            return wrap((-1 if i < 0 else 1) * (steps - abs(j)), 32), wrap((-1 if j < 0 else 1) * (steps - abs(i)), 32)
-
-        expected = [math.floor(x / h * steps + 0.5) if h else 0 for x in V[:2]]
-        residuals = [self.residuals.read(k, max(error, 0), class_, 32) for k in range(2)]
-        codes = [wrap(x + r, 32) for x, r in zip(expected, residuals)]
-        e.codes = out(*codes) if V[2] < 0 else tuple(codes)
-        e.error, e.completion = max(halves(abs(r)) for r in residuals), 0
+        codes = [math.floor(x / h * steps + 0.5) if h else 0 for x in V[:2]]
+        residuals = [self.q.residual(k, max(error, 0), class_, 32) for k in range(2)]
+        i, j = codes = tuple(wrap(x + r, 32) for x, r in zip(codes, residuals))
+        if V[2] < 0:  # turned out
+            codes = wrap((-1 if i < 0 else 1) * (steps - abs(j)), 32), wrap((-1 if j < 0 else 1) * (steps - abs(i)), 32)
+        e.codes, e.error, e.completion = codes, max(halves(abs(r)) for r in residuals), 0
         e.vector = np.array(octahedral(*e.codes, steps))
-        e.bits = e.vector.astype(self.array.dtype).view("u" + self.array.dtype[1])
+        e.bits = e.vector.astype(self.array.dtype).view(self.array.of_bits)
 
-    def three(self, e, P, error, class_, completion, neighbours):
+    def three(self, e, P, error, class_, completion, around):
         P0, codes, unit_, least = P.copy(), [0, 0, 0], self.flags & UNIT, -128 if self.f64 else -68
         last = max((2, 0, 1), key=lambda k: abs(P[k])) if unit_ else 2
-        first, second = (last + 1) % 3, (last + 2) % 3
-        codes[first], changes = self.component(0, first, P[first], error, class_, neighbours)
+        first, second, e.completion = (last + 1) % 3, (last + 2) % 3, 0
+        codes[first], changes = self.component(0, first, P[first], error, class_, around)
         x = self.maps[first].number(codes[first])
         rest = P[second] * P[second] + P[last] * P[last]
         if unit_ and 1 - x * x > 0 and rest > 0:
@@ -390,17 +283,17 @@ class Normals:
         found = max(half(abs(x - P0[first]), 1e-30, 1e30), least)
         if changes:
             error = error + found + 1 >> 1 if found > error else 3 * error + found + 2 >> 2
-        codes[second], _ = self.component(1, second, P[second], error, class_, neighbours)
-        e.completion = 0
+        codes[second], _ = self.component(1, second, P[second], error, class_, around)
         if unit_:
-            codes[last], residual = self.last_of_unit((first, second, last), P, x, self.maps[second].number(codes[second]), error, completion)
+            y = self.maps[second].number(codes[second])
+            codes[last], residual = self.last_of_unit((first, second, last), P, x, y, error, completion)
             e.completion = halves(abs(residual))
         else:
-            codes[last], _ = self.component(2, last, P[last], error, class_, neighbours)
+            codes[last], _ = self.component(2, last, P[last], error, class_, around)
         numbers = [m.number(c) for m, c in zip(self.maps, codes)]
         e.codes, e.vector = tuple(codes), np.where(np.isfinite(numbers), numbers, 0.0)
         e.error = max(half(max(abs(v - p) for v, p in zip(numbers, P0)), 1e-30, 1e30), least)
-        e.bits = [m.stored(c, self.array.dtype) for m, c in zip(self.maps, codes)]
+        e.bits = [m.stored(c, self.array.dtype) for m, c in zip(self.maps, e.codes)]
 
     def step(self, k, p):
         """Twice the logarithm of the map's step at p."""
@@ -409,51 +302,51 @@ class Normals:
             return 2 * (half(max(abs(p), 1e-37)) // 2) - 2 * (52 if self.f64 else 23)
         return half(m.step_at(p), 1e-37, 1e37)
 
-    def component(self, place, k, p, error, class_, neighbours):
+    def component(self, place, k, p, error, class_, around):
         """The code, and whether the error changes by it."""
-        m, q, apart = self.maps[k], self.sequence, half(abs(p), 1e-37, 1e37) - error
+        m, q, apart = self.maps[k], self.q, half(abs(p), 1e-37, 1e37) - error
         if m.kind == 1 and not m.has_table:
             sign = math.copysign(1.0, p) < 0
-            z = any(n.vector[k] != 0 for n in neighbours) + 2 * any(n.vector[k] == 0 for n in neighbours)
-            if apart < 14 and self.bit("Zero", clamp(apart + 17, 0, 31) // 2, z):
-                code = neighbours[0].codes[k] if neighbours else None
-                return -self.bit("ZeroSign", {0: 1, -1: 2}.get(code, 0) + 3 * sign), False
+            z = any(n.vector[k] != 0 for n in around) + 2 * any(n.vector[k] == 0 for n in around)
+            if apart < 14 and q.bit("Zero", clamp(apart + 17, 0, 31) // 2, z):
+                code = around[0].codes[k] if around else None
+                return -q.bit("ZeroSign", {0: 1, -1: 2}.get(code, 0) + 3 * sign), False
             if apart < 2:
-                negative = sign == (not self.bit("SmallSign", clamp(apart + 13, 0, 15)))
+                negative = sign == (not q.bit("SmallSign", clamp(apart + 13, 0, 15)))
                 width, mantissa = (11, 52) if self.f64 else (8, 23)
-                d = q.symbol(self.exponents[12 * place + class_])
+                d = q.symbol("Exponent", place, class_)
                 exponent = ((error >> 1) + 3 + 2 ** (width - 1) - 1 - d if d < 15 else q.raw(width)) % 2**width
                 bits_ = exponent << mantissa | (q.raw(20) << 32 | q.raw(32) if self.f64 else q.raw(23))
                 return bits_ ^ -1 if negative else bits_, True
-        residual = self.residuals.read(place, max(error - self.step(k, p) + 2, 0), class_, m.code_size)
+        residual = q.residual(place, max(error - self.step(k, p) + 2, 0), class_, m.code_size)
         return wrap(m.code(p) + residual, m.code_size), True
 
     def last_of_unit(self, places, P, x, y, error, completion):
         first, second, last = places
         m, apart = self.maps[last], half(abs(P[last]), 1e-37, 1e37) - error
-        same = self.bit("Side", clamp(apart + 2, 0, 15))
+        same = self.q.bit("Side", clamp(apart + 2, 0, 15))
         left = math.sqrt(max(1 - x * x - y * y, 0.0)) if x == x and y == y else 0.0
         prediction = -left if (P[last] < 0) != (not same) else left
         t = max(half(abs(v), 1e-30, 2.0) + self.step(k, v) for k, v in ((first, x), (second, y))) - half(max(left, 1e-30))
-        residual = self.residuals.read(2, clamp(t - self.step(last, left) + 2, 0, 60), min(completion, 11), m.code_size)
+        expected = clamp(t - self.step(last, left) + 2, 0, 60)
+        residual = self.q.residual(2, expected, min(completion, 11), m.code_size)
         return wrap(m.code(prediction) + residual, m.code_size), residual
-
 
 class Twins:
     """13.7: twins, as (point, which), of half-edges and of loose nodes, and the points of the mesh that they become."""
 
     def __init__(self, stream, patch):
-        s, q, joined_models, block = patch.surface, CodedSequence(stream), bits(), patch.fans.block
-        self.new, self.old, self.sequence, last = bits(), bits(), q, 0
+        s, q, block = patch.surface, CodedSequence(stream), patch.fans.block
+        self.q, last = q, 0
         self.count = [0] * patch.points  # twins that came up at each point
         self.of, expected = [None] * s.real, Expected(patch, 0, 0)
-        for V in range(len(s.corner)):
+        for V in range(len(s.around)):
 
             def joined(h, g):
                 nonlocal last
                 a, b = s.previous[h], s.next[g]
                 far = 0 if s.origin[a] >= V else 1 if self.of[a] == self.of[b] else 2
-                bit = q.bit(joined_models[block[s.face[h]] != block[s.face[g]], far, expected.sharpness(h, g) - 1, last])
+                bit = q.bit("Joined", block[s.face[h]] != block[s.face[g]], far, expected.sharpness(h, g), last)
                 last = 2 * last % 4 + bit
                 return bit
 
@@ -461,17 +354,15 @@ class Twins:
                 twin = self.twin(s.point[wedge[0]])
                 for h in wedge:
                     self.of[h] = twin
-        self.loose = [self.twin(p) for cells in patch.fans.loose for _, nodes in cells for p in nodes]
-        q.end()
+        self.loose = [self.twin(p) for _, nodes in patch.loose for p in nodes]
         self.first = np.cumsum([0] + [max(n, 1) for n in self.count]).tolist()
 
     def twin(self, p):
         n = self.count[p]
-        if n > 0 and not self.sequence.bit(self.new[min(n, 4) - 1]):
-            k = sum(self.sequence.bit(self.old[i]) << i for i in reversed(range((n - 1).bit_length())))
+        if n > 0 and not self.q.bit("New", min(n, 4)):
+            k = sum(self.q.bit("Old", i) << i for i in reversed(range((n - 1).bit_length())))
             return p, min(k, n - 1)
         self.count[p] += 1
         return p, n
 
-    def point(self, twin):
-        return self.first[twin[0]] + twin[1]
+    def point(self, twin): return self.first[twin[0]] + twin[1]

@@ -1,33 +1,27 @@
 """Sections 11.2 and 12.4 of docs/format.md: half-edges of decoded faces."""
-
 from itertools import accumulate
 
-from container import require
-
+def around_faces(begin, faces):
+    """Of each corner of faces, counted over all, the next and the previous one."""
+    sizes = list(zip(begin, map(len, faces)))
+    return ([b + (k + s) % n for b, n in sizes for k in range(n)] for s in (1, -1))
 
 class Surface:
     """Half-edges: those of faces, then those of border triangles. `corner_of` is the mesh's corner of a half-edge."""
 
     def __init__(self, faces, points):
-        require(all(len(set(face)) == len(face) for face in faces), "a face has a point twice")
         self.begin = list(accumulate(map(len, faces), initial=0))
         self.faces, self.real = [list(face) for face in faces], self.begin.pop()
         self.face = [f for f, face in enumerate(faces) for _ in face]
         self.flipped = [False] * len(faces)
         edges = {}  # half-edges with an edge, each with its direction
         for f, face in enumerate(faces):
-            for k, p in enumerate(face):
-                q = face[(k + 1) % len(face)]
+            for k, (p, q) in enumerate(zip(face, face[1:] + face[:1])):
                 edges.setdefault((min(p, q), max(p, q)), []).append((self.begin[f] + k, p < q))
         self.opposite = [None] * self.real
-        if all(len(sides) == 1 or len(sides) == 2 and sides[0][1] != sides[1][1] for sides in edges.values()):
-            for (h, _), (o, _) in (sides for sides in edges.values() if len(sides) == 2):
-                self.opposite[h], self.opposite[o] = o, h
-        else:
-            self.glue_by_walk({h: (up, sides) for sides in edges.values() for h, up in sides})
+        self.glue_by_walk({h: (up, sides) for sides in edges.values() for h, up in sides})
         self.turn_over()
-        self.next = [b + (k + 1) % len(face) for b, face in zip(self.begin, self.faces) for k in range(len(face))]
-        self.previous = [b + (k - 1) % len(face) for b, face in zip(self.begin, self.faces) for k in range(len(face))]
+        self.next, self.previous = around_faces(self.begin, self.faces)
         self.point = [p for face in self.faces for p in face]
         self.close_borders()
         self.number_vertices(points)
@@ -46,7 +40,7 @@ class Surface:
                     up, sides = edges[h]
                     up ^= flipped[f]
                     free = [(o, u) for o, u in sides if opposite[o] is None and face[o] != f]
-                    known = [(reached[face[o]], o) for o, u in free if face[o] in reached and (u ^ flipped[face[o]]) != up]
+                    known = [(reached[face[o]], o) for o, u in free if face[o] in reached and u ^ flipped[face[o]] != up]
                     new = [(u == up, o) for o, u in free if face[o] not in reached]
                     if not known and not new:
                         continue
@@ -58,18 +52,15 @@ class Surface:
 
     def turn_over(self):
         """Flipped faces have all corners but the first the other way round, and their half-edges stand there."""
-        place = list(range(self.real))  # where the half-edge on an edge is afterwards
-        self.corner_of = list(range(self.real))
-        for f, face in enumerate(self.faces):
-            if self.flipped[f]:
-                n, b = len(face), self.begin[f]
-                self.faces[f] = [face[0]] + face[:0:-1]
-                self.corner_of[b : b + n] = [b, *range(b + n - 1, b, -1)]
-                place[b : b + n] = range(b + n - 1, b - 1, -1)
-        opposite = [None] * self.real
-        for h, o in enumerate(self.opposite):
-            opposite[place[h]] = None if o is None else place[o]
-        self.opposite = opposite
+        self.corner_of, place = list(range(self.real)), list(range(self.real))
+        for f in (f for f, flipped in enumerate(self.flipped) if flipped):
+            face, b, n = self.faces[f], self.begin[f], len(self.faces[f])
+            self.faces[f] = [face[0]] + face[:0:-1]
+            self.corner_of[b : b + n] = [b, *range(b + n - 1, b, -1)]
+            place[b : b + n] = range(b + n - 1, b - 1, -1)  # where the half-edge on an edge is afterwards
+        before, self.opposite = self.opposite, [None] * self.real
+        for h, o in enumerate(before):
+            self.opposite[place[h]] = None if o is None else place[o]
 
     def close_borders(self):
         """Triangles (end, begin, dummy) for the half-edges of each loop."""
@@ -100,15 +91,14 @@ class Surface:
             if h not in seen:
                 fans.append((self.point[h], h))
                 seen.update(self.turn_around(h))
-        self.corner, self.origin = [h for _, h in sorted(fans)], [None] * len(self.next)
-        self.vertices_of = [[] for _ in range(points)]
-        for V, h in enumerate(self.corner):
-            self.vertices_of[self.point[h]].append(V)
-            for g in self.turn_around(h):
+        self.origin, self.vertices_of = [None] * len(self.next), [[] for _ in range(points)]
+        self.around = [self.turn_around(h) for _, h in sorted(fans)]  # by vertex
+        for V, around in enumerate(self.around):
+            self.vertices_of[self.point[around[0]]].append(V)
+            for g in around:
                 self.origin[g] = V
 
-    def turn(self, h):
-        return self.opposite[self.previous[h]]
+    def turn(self, h): return self.opposite[self.previous[h]]
 
     def turn_around(self, h):
         around = [h]
@@ -116,11 +106,7 @@ class Surface:
             around.append(self.turn(around[-1]))
         return around
 
-    def around(self, V):
-        return self.turn_around(self.corner[V])
-
-    def ring(self, V):
-        return [h for h in self.around(V) if h < self.real]
+    def ring(self, V): return [h for h in self.around[V] if h < self.real]
 
     def corners(self, f):
         """Half-edges of a face, from the one at the vertex with the lowest number on."""
@@ -128,5 +114,4 @@ class Surface:
         first = min(range(n), key=lambda k: self.origin[b + k])
         return [b + (first + k) % n for k in range(n)]
 
-    def size(self, h):
-        return len(self.faces[self.face[h]]) if h < self.real else 3
+    def size(self, h): return len(self.faces[self.face[h]]) if h < self.real else 3
