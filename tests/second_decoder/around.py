@@ -4,7 +4,6 @@ from copy import copy
 from functools import reduce
 import numpy as np
 from container import Fields, clamp, wrap
-from description import DTYPES
 from entropy import CodedSequence, StaticSymbols, tables
 from maps import Details, Map, bits_of, exponent_of, real
 
@@ -57,9 +56,10 @@ def useful(place, late):
 
 def plain_weights(place, late):
     """Of w0 to w6, in 1/128."""
-    w, late_places = [0] * 8, {17: (104, 0, -40, -40), 18: (128, 128, -128, -128), 19: (128, 0, 0, -207), 20: (128, 0, 0, -256)}
+    others = {17: (104, 0, -40, -40), 18: (128, 128, -128, -128), 19: (128, 0, 0, -207), 20: (128, 0, 0, -256)}
+    w = [0] * 8
     if place > 13:
-        w[FOCUS], w[NEXT], w[BEYOND], w[BEFORE] = late_places.get(place, (128, 0, 0, -128))
+        w[FOCUS], w[NEXT], w[BEYOND], w[BEFORE] = others.get(place, (128, 0, 0, -128))
     triples = [(FOCUS, LAST, BEFORE)] + (place in CLOSING) * [(FOCUS, NEXT, BEYOND)] + late * [(LATE0, LATE1, LATE2)]
     for r, sign in (pair for refs in triples for pair in zip(refs, (1, 1, -1))) if place < 13 else ():
         w[r] += sign * (128 // len(triples))

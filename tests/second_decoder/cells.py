@@ -89,11 +89,11 @@ class StreamCell:
     """Corners are None once their points have ended; `open` has a bit for each face, `glued` the cells across
     when it came, `across` (cell, face) as it is; `nodes` stand behind the corners."""
 
-    def __init__(self, kind, corners, slot, ordinal, signature):
+    def __init__(self, kind, corners, slot, ordinal):
         self.kind, self.shape, self.corners, self.slot, self.ordinal = kind, SHAPES[kind], corners, slot, ordinal
-        n = len(self.shape.faces)
+        n, self.signature, self.nodes = len(self.shape.faces), 0, []
         self.open, self.glued, self.across, self.gates = (1 << n) - 1, [None] * n, [None] * n, set()
-        self.signature, self.alive, self.successor, self.pattern, self.entered, self.nodes = signature, True, None, 0, 7, []
+        self.alive, self.successor, self.pattern, self.entered = True, None, 0, 7
 
     def points(self, f): return [self.corners[k] for k in self.shape.faces[f]]
     def open_faces(self): return [f for f in range(len(self.shape.faces)) if self.open >> f & 1]
@@ -272,8 +272,8 @@ class Connectivity:
         self.last_kind = kind
         if any(what == "found" and glued[f][0] in sources for f, what in enumerate(faces)):
             own = self.pattern_id(self.make_pattern(kind, known, glued, ends), signature) or id_
-        cell = self.come(kind, known, glued, signature)
-        cell.pattern = own
+        cell = self.come(kind, known, glued)
+        cell.pattern, cell.signature = own, signature
         ending = [cell.corners[k] for k in range(len(corners)) if ends >> k & 1]
         for p in ending + self.ends_of(cell, [], 0, ends)[1]:
             if p is not None and p.alive:
@@ -323,7 +323,7 @@ class Connectivity:
         sums.append([(slots[n], 1 / len(near)) for n in near])
         return list(filter(None, sums)), [slots[n] for n in near[:3]], 8 + 4 * len(whole) + len(near[:3]), around
 
-    def come(self, kind, known, glued, signature, repeats={}):
+    def come(self, kind, known, glued, repeats={}):
         """`repeats`: corners that are others."""
         known, shape, L = list(known), SHAPES[kind], self.last
         new = [k for k, p in enumerate(known) if p is None and k not in repeats]
@@ -337,7 +337,7 @@ class Connectivity:
             p = self.new_point(context, place, a + b - d & M64 if whole else None, more)
             for r in [k] + [r for r, of in repeats.items() if of == k]:
                 known[r] = p
-        cell = StreamCell(kind, known, self.cell_slots.take(), L.ordinal + 1 if L else 0, signature)
+        cell = StreamCell(kind, known, self.cell_slots.take(), L.ordinal + 1 if L else 0)
         for i, lies_on in enumerate(shape.nodes, shape.corners):
             cell.nodes.append(self.node(kind, i, lies_on, known, new))
         for f, g in enumerate(glued):
@@ -362,10 +362,8 @@ class Connectivity:
         """16.6: a node behind corners."""
         ends, candidate, some_new = {known[k] for k in lies_on}, None, any(k in new for k in lies_on)
         for cell in known[lies_on[0]].cells[:64] if not some_new else []:
-            between = [q for q, on in zip(cell.nodes, cell.shape.nodes) if {cell.corners[k] for k in on} == ends and q.alive]
-            if between:
-                candidate = between[-1]
-                break
+            beside = [q for q, on in zip(cell.nodes, cell.shape.nodes) if {cell.corners[k] for k in on} == ends]
+            candidate = candidate or next((q for q in beside[::-1] if q.alive), None)
         local = bool(candidate) | len(lies_on) << 1 | kind << 5
         if candidate and self.ask(15, local, i, 0):
             return candidate
@@ -461,27 +459,38 @@ class Connectivity:
         return self.turns[row]
 
     def slow_cell(self, kind):
-        shape, L = SHAPES[kind], self.last
-        known, new, glued = [None] * shape.corners, [False] * shape.corners, [None] * len(shape.faces)
-        anchor = self.anchor(kind) if shape.dimension else None
+        anchor, there, turn = self.anchor(kind) if SHAPES[kind].dimension else None, None, 0
         if anchor:
-            face = self.anchor_face(anchor)
-            own = self.lay_on(shape, known, glued, (anchor, face), self.turn(anchor, face, kind))
-            self.last_anchor = anchor
+            there = anchor, self.anchor_face(anchor)
+            turn, self.last_anchor = self.turn(*there, kind), anchor
+        self.new_cell(kind, there, turn, self.last)
+
+    def new_cell(self, kind, there, turn, L, gated=False):
+        """A cell at a face of another one; `gated`: 16.13, where L is that cell, and no patterns are made."""
+        shape, anchor, own = SHAPES[kind], there and there[0], 7
+        known, new, glued = [None] * shape.corners, [False] * shape.corners, [None] * len(shape.faces)
+        if anchor:
+            own = self.lay_on(shape, known, glued, there, turn)
             if shape.dimension == 3:
                 self.edges(kind, known, glued, own, anchor)
             elif shape.dimension == 2:
                 self.on_solid(shape, known, own, anchor)
         repeats = self.other_corners(kind, known, new, glued, anchor, L)
         self.rest(shape, known, glued)
-        pattern = self.make_pattern(kind, known, glued, 0) if repeats is None else None
-        cell = self.come(kind, known, glued, self.ask.signature, repeats or {})
-        ends, ending = self.ends_of(cell, [k for k in range(shape.corners) if new[k]], L.signature if L else 0)
-        cell.signature = self.ask.signature
+        pattern = self.make_pattern(kind, known, glued, 0) if repeats is None and not gated else None
+        before = self.last.signature if self.last else 0
+        cell = self.come(kind, known, glued, repeats or {})
+        cell.entered = own
+        if gated:
+            self.borders(cell, new, anchor)
+        if gated and not cell.nodes and repeats is None:
+            ends, ending = 0, self.expected_ends(cell)
+        else:
+            ends, ending = self.ends_of(cell, [k for k in range(shape.corners) if new[k]], before)
+        cell.signature, numbers = self.ask.signature, [p.number for p in cell.corners]
         if pattern:
             cell.pattern = self.pattern_id(pattern[:3] + (ends % (1 << shape.corners),), cell.signature)
-        numbers = [p.number for p in cell.corners]
-        if self.G not in numbers:
+        if self.G not in numbers and not gated:
             self.G = self.G + 1 if self.G + 1 in numbers else min(numbers)
         for p in ending:
             self.end_point(p)
@@ -525,8 +534,8 @@ class Connectivity:
                 laid = self.lay(faces[h], u, v, known, cell.points(f))
                 found += [(cell, f, laid)] if laid else []
             for k, (cell, f, laid) in enumerate(found[:8]):
-                there = sum(known[j] is not None for j in faces[h])
-                local = cells | there - 2 << 4 | min(len(found), 3) << 6 | g << 8 | i << 12 | min(k, 3) << 14 | kind << 16
+                local = cells | sum(known[j] is not None for j in faces[h]) - 2 << 4 | min(len(found), 3) << 6
+                local |= g << 8 | i << 12 | min(k, 3) << 14 | kind << 16
                 valence = 16 * (32 * ends[0].valence + ends[1].valence) + cells
                 if self.ask(9, local, hash32(anchor.signature, cell.signature), valence):
                     glued[h] = cell, f
@@ -537,7 +546,7 @@ class Connectivity:
 
     @staticmethod
     def lay(cycle, u, v, known, points):
-        """Which points the corners of a face are, laid on another at the edge from u to v; nothing if that cannot be."""
+        """Which points the corners of a face are, laid on another at the edge from u to v, if that can be."""
         for way in (1, -1) if len(cycle) == len(points) and known[u] in points else ():
             laid = list(zip(along(cycle, u, v), turned(points, points.index(known[u]), way)))
             if laid[1][1] is known[v] and all(known[j] in (None, p) for j, p in laid):

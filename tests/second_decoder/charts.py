@@ -57,11 +57,11 @@ def decode(container):
     """The mesh (level 0), with the patches of all coarser charts by level."""
     d = Description(container.stream("DESC"))
     sets = [TableSet(container.stream("CTAB", i), d.positions) if container.has("CTAB", i) else None for i in range(2)]
-    groups = Fields(container.stream("CDIR")).count()  # 17.1: the rest of the directory is for those who read some charts
+    groups = Fields(container.stream("CDIR")).count()  # 17.1: the rest is for those who read some charts
+    pages = [Fields(container.stream("CIDX", i)) for i in range((groups + 255) // 256)]
     finest, shared, coarser = [], [], []
     for g in range(groups):
-        page = page if g % 256 else Fields(container.stream("CIDX", g // 256))
-        head, charts, checks = index_entry(page, g)
+        head, charts, checks = index_entry(pages[g // 256], g)
         fields = Fields(container.stream("CHRT", g))
         assert head == (fields.count(), fields.count(), *fields.numbers("ff")), "a head that differs from the index"
         found = fields.list(lambda: (fields.count(), fields.count(), fields.count()))
@@ -77,7 +77,8 @@ def decode(container):
             else:
                 coarser.append((head[0], patch))
         fields.end()
-    whole = {i: arrays.decode(container.stream("ARRY", 0, i - 1), a, None) for i, a in enumerate(d.arrays, 1) if a.domain == MESH}
+    of_mesh = [(i, a) for i, a in enumerate(d.arrays) if a.domain == MESH]
+    whole = {i + 1: arrays.decode(container.stream("ARRY", 0, i), a, None) for i, a in of_mesh}
     mesh = single.join(d, finest, shared, whole)
     if d.ordered:
         single.reorder(mesh, container.stream("ORDR"))

@@ -7,9 +7,9 @@ DTYPES = ["i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8", "f4", "f8"]
 POINTS, CORNERS, CELLS, MESH, TWINS = range(5)
 TRIANGLE, POLYGON, QUAD, POLYHEDRON, MIXED = 5, 7, 9, 42, 255
 # Nodes of a cell of each type; 0: any number.
-NODES = {1: 1, 2: 0, 3: 2, 4: 0, 5: 3, 6: 0, 7: 0, 8: 4, 9: 4, 10: 4, 11: 8, 12: 8, 13: 6, 14: 5, 15: 10, 16: 12, 21: 3}
-NODES |= {22: 6, 23: 8, 24: 10, 25: 20, 26: 15, 27: 13, 28: 9, 29: 27, 30: 6, 31: 12, 32: 18, 33: 24, 34: 7, 35: 4, 36: 0}
-NODES |= dict.fromkeys((*range(68, 75), 41, 42, MIXED), 0) | {37: 19}
+NODES = {1: 1, 3: 2, 5: 3, 8: 4, 9: 4, 10: 4, 11: 8, 12: 8, 13: 6, 14: 5, 15: 10, 16: 12, 21: 3, 22: 6, 23: 8, 24: 10}
+NODES |= {25: 20, 26: 15, 27: 13, 28: 9, 29: 27, 30: 6, 31: 12, 32: 18, 33: 24, 34: 7, 35: 4, 37: 19}
+NODES |= dict.fromkeys((2, 4, 6, 7, 36, 41, 42, *range(68, 75), MIXED), 0)
 
 # Name, type, components, role.
 USUAL = [("position", 8, 3, 0), ("position", 9, 3, 0), ("normal", 8, 3, 1), ("normal", 9, 3, 1), ("texcoord", 8, 2, 3)]

@@ -183,7 +183,7 @@ class CodedSequence(Operations):
 
 # --- 10.3 and 10.4: static tables, and symbols with them
 
-OCTAVE = [32768, 34219, 35734, 37316, 38968, 40693, 42495, 44376, 46341, 48393, 50535, 52773, 55109, 57549, 60097, 62757]
+OCTAVE = [round(32768 * 2 ** (i / 16)) for i in range(16)]
 
 def table(depths, R, b):
     """Where the slots of each symbol start, and the number of all slots."""
@@ -319,7 +319,8 @@ class Asker:
         if plain:
             bit = self.sequence.decision(clamp(cell.p, 32, 65504))
         else:
-            hashes = (base, valence + 196608), (base, before + 262144), (hash32(base, nearby + 131072), before + 458752)
+            near = hash32(base, nearby + 131072)
+            hashes = (base, valence + 196608), (base, before + 262144), (near, before + 458752)
             cells += [self.cell(hash32(*h)) for h in hashes]
             met = max(sum(c.v > 2 for c in cells) - 1, 0)
             self.few += sum(c.v < 2 for c in cells)

@@ -5,7 +5,8 @@ from container import Fields, unzigzag
 from description import MIXED, NODES
 from entropy import CodedSequence, StaticSymbols, tables
 
-CLOSE, POCKET, SWALLOW, BORDER, SPLIT, KNOWN, MERGE, OPEN = "close pocket swallow border split known merge open_fan".split()
+NAMES = "close pocket swallow border split known merge open_fan".split()
+CLOSE, POCKET, SWALLOW, BORDER, SPLIT, KNOWN, MERGE, OPEN = NAMES
 
 def triangle_symbols():
     table = [(CLOSE, i) for i in range(4)] + [(POCKET, i) for i in range(4)] + [(CLOSE, i) for i in range(4, 12)]
@@ -23,7 +24,8 @@ def polygon_symbols():
 
     table = [(CLOSE, 1, [], None)] + zero(0) + some(OPEN, "0") + zero(1) + some(OPEN, "1")
     table += [(POCKET, t, [], 0) for t in (None, 2, 3)] + [(BORDER, 1, [], None)] + some(OPEN, "0000")
-    table += some(CLOSE, "0 1 00 10 01 11 000 010 110 101 011 111 0000 1010 0110 0101 1111 01010 101010 0101010 10101010")
+    table += some(CLOSE, "0 1 00 10 01 11 000 010 110 101 011 111 0000 1010 0110 0101 1111 01010 101010 0101010")
+    table += some(CLOSE, "10101010")
     table += some(POCKET, "00 10 01 11 000 010 110 111 0000 1010 0110 0101", behind=True)
     table += some(POCKET, "00 000", 2, True) + some(POCKET, "00", 3, True)
     return table + some(BORDER, "1 01 11 101") + some(SPLIT, "00 10 01 11 010", behind=True)

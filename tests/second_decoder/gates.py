@@ -14,12 +14,11 @@ def beyond(cell, f, a, b, gate_cell):
     """(cell, open face, around): the one beyond the edge of two points, from a face on; or nothing."""
     for around in range(1, 64):
         f = next((g for g in range(len(cell.across)) if g != f and {a, b} <= set(cell.points(g))), None)
-        if f is not None and cell.open >> f & 1:
+        if f in cell.open_faces():
             return None if cell is gate_cell else (cell, f, around)
         if f is None or not cell.across[f]:
             return None
         cell, f = cell.across[f]
-    return None
 
 class Gates(Connectivity):
     def __init__(self, *more):
@@ -38,11 +37,9 @@ class Gates(Connectivity):
     def give_up(self, gate):
         cell, f = gate
         self.gates = [g for g in self.gates if g != gate]
-        if f in cell.gates:
-            cell.gates.remove(f)
-            for p in cell.points(f):
-                if p:
-                    p.gates -= 1
+        for p in filter(None, cell.points(f) if f in cell.gates else []):
+            p.gates -= 1
+        cell.gates.discard(f)
 
     def pattern_by_flags(self): return None
 
@@ -65,31 +62,8 @@ class Gates(Connectivity):
         self.gated_cell(kind, gate)
 
     def gated_cell(self, kind, gate):
-        shape, cell, own = SHAPES[kind], gate and gate[0], 7
-        known, new, glued = [None] * shape.corners, [False] * shape.corners, [None] * len(shape.faces)
-        if gate:
-            own = self.lay_on(shape, known, glued, gate, self.row_turn(64 * kind + 8 * gate[1] + cell.entered, cell))
-            if shape.dimension == 3:
-                self.beside(shape, known, glued, own, cell)
-            else:
-                self.on_solid(shape, known, own, cell)
-        repeats = self.other_corners(kind, known, new, glued, cell, cell)
-        if shape.dimension == 3 and not self.old_corners:
-            self.rest_beside(shape, known, glued)
-        else:
-            self.rest(shape, known, glued)
-        for g in glued:
-            if g:
-                self.give_up(g)
-        before = self.last.signature if self.last else 0
-        come = self.come(kind, known, glued, 0, repeats or {})
-        come.entered = own
-        self.borders(come, new, cell)
-        new = [k for k in range(shape.corners) if new[k]]
-        ending = self.ends_of(come, new, before)[1] if come.nodes or repeats is not None else self.expected_ends(come)
-        come.signature = self.ask.signature
-        for p in ending:
-            self.end_point(p)
+        turn = self.row_turn(64 * kind + 8 * gate[1] + gate[0].entered, gate[0]) if gate else 0
+        self.new_cell(kind, gate, turn, gate and gate[0], gated=True)
 
     def row_turn(self, row, cell):
         if not self.sequence.run("Same", row):
@@ -98,8 +72,8 @@ class Gates(Connectivity):
             self.row_turns[row] = self.ask_tree(6, turn_bit)
         return self.row_turns[row]
 
-    def beside(self, shape, known, glued, own, gate_cell):
-        sides, before, edges = [], 0, edges_of(shape.faces[own])
+    def edges(self, kind, known, glued, own, gate_cell):
+        shape, sides, before, edges = SHAPES[kind], [], 0, edges_of(SHAPES[kind].faces[own])
         for u, v in edges:  # own face, beyond, points u and w there
             h, there, found = shape.other_face(own, u, v), beyond(*glued[own], known[u], known[v], gate_cell), None
             if there and there[1] in there[0].gates and len(there[0].points(there[1])) == len(shape.faces[h]):
@@ -130,21 +104,27 @@ class Gates(Connectivity):
         faces = [cell.points(f) for f in cell.open_faces()]
         return [q for points in faces for i, x in enumerate(points) if x is p for q in turned(points, i - 1, 2)[:2]]
 
-    def rest_beside(self, shape, known, glued):
-        for f, cycle in enumerate(shape.faces):
+    def rest(self, shape, known, glued):
+        beside = shape.dimension == 3 and not self.old_corners
+        for f, cycle in enumerate(shape.faces if beside else []):
             for u, v in edges_of(cycle) if not glued[f] and all(known[k] for k in cycle) else []:
                 h = shape.other_face(f, u, v)
                 there = glued[h] and beyond(*glued[h], known[u], known[v], None)
                 if there and set(there[0].points(there[1])) == {known[k] for k in cycle}:
                     glued[f] = there[:2]
                     break
+        if not beside:
+            super().rest(shape, known, glued)
+        for g in filter(None, glued):
+            self.give_up(g)
 
     def borders(self, cell, new, gate_cell):
         signature = gate_cell.signature if gate_cell else 0
         glued = sum(1 << i for i, g in enumerate(cell.glued) if g)
         for f in cell.open_faces():
             cycle, points = cell.shape.faces[f], cell.points(f)
-            x = min(sum(p.border for p in points), 3) | min(sum(new[k] for k in cycle), 3) << 2 | (len(cycle) == 4) << 4
+            old, fresh = min(sum(p.border for p in points), 3), min(sum(new[k] for k in cycle), 3)
+            x = old | fresh << 2 | (len(cycle) == 4) << 4
             border = self.told(16, x | cell.kind << 6, signature, f | glued << 3)
             for p in points:
                 p.border, p.gates = p.border or bool(border), p.gates + (not border)
@@ -155,10 +135,6 @@ class Gates(Connectivity):
     def expected_ends(self, cell):
         if self.sequence.run("AsExpected"):
             return [p for p in cell.corners if p.gates == 0 and (self.E or not p.border)]
-        ending = []
-        for p in cell.corners:
-            end = self.sequence.run("Final", p.gates == 0, p.border)
-            ending += [p] if end else []
-            if p.gates == 0 and p.border:
-                self.E = end
-        return ending
+        ending = [(p, self.sequence.run("Final", p.gates == 0, p.border)) for p in cell.corners]
+        self.E = ([self.E] + [end for p, end in ending if p.gates == 0 and p.border])[-1]
+        return [p for p, end in ending if end]

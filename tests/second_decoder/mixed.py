@@ -30,8 +30,7 @@ class Samples:
     """Of a point: what planes know around it."""
 
     def __init__(self, n):
-        self.n, self.s, self.P = 0, np.zeros(3), np.zeros((3, 3))
-        self.o, self.v, self.w = np.zeros(n), np.zeros(n), np.zeros((n, 3))
+        self.n, self.s, self.P, self.o, self.v, self.w = 0, *map(np.zeros, (3, (3, 3), n, n, (n, 3)))
 
 class Planes:
     def __init__(self, places, n, of_cells):
@@ -47,30 +46,21 @@ class Planes:
             here, self.own = self.places[number], Samples(self.n)
             self.samples[number] = self.own
         self.d = [x - here for x in at]
-        n, m, C, slope = sum(p.n for p in around), np.zeros(3), np.zeros((3, 3)), np.zeros(3)
-        if n:
-            for p, d in zip(around, self.d):
-                m = m + (p.s + p.n * d)
-                C = C + (p.P + np.outer(p.s, d) + np.outer(d, p.s) + np.outer(p.n * d, d))
-            m = m / n
-            C = C - np.outer(n * m, m)
-        if self.of_cells:
-            a, t, way = [0.0] * len(at), 1 / max(n, 1), -m
-        else:
-            a, t, way = [1 / q if q > 1e-60 else 0.0 for q in (dot(d, d) for d in self.d)], 0.0, np.zeros(3)
-            total = sum(a)
-            a = [x / total if total else 0.0 for x in a]
-            for x, d in zip(a, self.d):
-                way = way - x * d
-        if not (n if self.of_cells else total > 0):
+        n, pairs = sum(p.n for p in around), list(zip(around, self.d))
+        m = sum((p.s + p.n * d for p, d in pairs), np.zeros(3)) / max(n, 1)
+        squares = (p.P + np.outer(p.s, d) + np.outer(d, p.s) + np.outer(p.n * d, d) for p, d in pairs)
+        C = sum(squares, np.zeros((3, 3))) - np.outer(n * m, m)
+        a, t, way = [0.0] * len(at), 1 / max(n, 1), -m
+        if not self.of_cells:
+            a, t = [1 / q if q > 1e-60 else 0.0 for q in (dot(d, d) for d in self.d)], 0.0
+            a = [x / sum(a) for x in a] if sum(a) > 0 else None
+            way = sum((-x * d for x, d in zip(a or [], self.d)), np.zeros(3))
+        slope = self.slope(C, m, way) if n else None if self.of_cells else np.zeros(3)
+        if a is None or slope is None:
             return None
-        if n:
-            slope = self.slope(C, m, way)
-        if slope is None:
-            return None
-        plane = np.zeros(self.n)
-        for x, d, p in zip(a, self.d, around):
-            plane = plane + (x * p.o + (t + dot(slope, d - m)) * p.v + np.array([dot(slope, w) for w in p.w]))
+        weights = (np.array([dot(slope, w) for w in p.w]) for p in around)
+        terms = (x * p.o + (t + dot(slope, d - m)) * p.v + w for x, (p, d), w in zip(a, pairs, weights))
+        plane = sum(terms, np.zeros(self.n))
         return plane if (np.abs(plane) <= 1e30).all() else None
 
     @staticmethod
@@ -115,8 +105,7 @@ class MixedValues(Values):
         self.planes = Planes(places, self.n, array.domain != 0) if places is not None and array.type >= 8 else None
         self.ratios = [defaultdict(lambda: F32(1)) for _ in range(4)]
         self.mixer, self.cells = Mixer([3276] * 4 + [0] + [655] * 3 + [5734] * 8), defaultdict(Cell)
-        self.follow, self.hits = defaultdict(int), defaultdict(int)
-        self.hits_of_c0 = self.score = self.counter = 0
+        self.follow, self.hits, self.hits_of_c0, self.score, self.counter = defaultdict(int), defaultdict(int), 0, 0, 0
 
     def tuple(self, number, corners):
         with_plane = self.planes and corners is not None
@@ -179,7 +168,8 @@ class MixedValues(Values):
         size = 2.0 ** (whole >> 1) * (1.4142135623730951 if whole % 2 else 1.0)
         size = max(size * (1 + (mean_size - whole) * 0.41421356237309515), 0.3 * step)
         self.size_bin, self.dev_bin = clamp(whole - half(step) + 3, 0, 63), clamp(half(deviation / step) + 3, 0, 63)
-        spreads, bins = [deviation, deviation, size, deviation], [self.dev_bin, self.dev_bin, self.size_bin, self.dev_bin]
+        (a, b), (s, t) = (deviation, size), (self.dev_bin, self.size_bin)
+        spreads, bins = [a, a, b, a], [s, s, t, s]
         self.scales = [max(0.55 * s * float(r[b]), 0.1 * step) for s, r, b in zip(spreads, self.ratios, bins)]
         if own.was[k]:
             own.place[k], own.code[k] = best, c0
@@ -290,7 +280,8 @@ class MixedValues(Values):
         return low
 
     def alive(self):
-        return {kind: match for kind, match in self.matches.items() if self.interval[0] <= match[0] <= self.interval[1]}
+        low, high = self.interval
+        return {kind: match for kind, match in self.matches.items() if low <= match[0] <= high}
 
     def ask(self, x, type_, few):
         """Whether the code is x or more."""
@@ -298,19 +289,17 @@ class MixedValues(Values):
             return int(x <= self.interval[0])
         y, inputs, cells, now = F32(self.boundary(x) - self.base), [0] * 16, [], []
         for i, (mean, scale, (low, high)) in enumerate(zip(self.means, self.scales, self.ends)):
-            at = (y - narrow(mean - self.base)) * F32(4096 / scale)
-            now.append(F(int(clamp(at, -81920, 81920))))
+            now.append(F(int(clamp((y - narrow(mean - self.base)) * F32(4096 / scale), -81920, 81920))))
             inputs[i] = log_ratio(high - now[-1], now[-1] - low)
         inputs[4] = 77
         mean0, _, mean2, mean3 = self.means
         if few is not None:
-            cells.append((self.cells["size", 2 * self.size_bin + (mean0 > mean2), few], True))
-            cells.append((self.cells["dev", 2 * self.dev_bin + (mean3 > mean2), few], True))
+            bins = ("size", 2 * self.size_bin + (mean0 > mean2)), ("dev", 2 * self.dev_bin + (mean3 > mean2))
+            cells = [(self.cells[*b, few], True) for b in bins]
             inputs[5:7] = [cell.logit() for cell, _ in cells]
         for kind, (code, cell) in self.alive().items():
             cells.append((self.cells["match", cell + type_], code >= x))
-            logit = cells[-1][0].logit()
-            inputs[8 + kind] = logit if code >= x else -logit
+            inputs[8 + kind] = cells[-1][0].logit() * (1 if code >= x else -1)
         row = 16 * (2 * self.situation + (self.k > 0)) + type_
         bit = self.mixer.bit(self.q, inputs, 16 * self.dev_bin + type_, row, type_)
         for cell, right in cells:

@@ -236,8 +236,9 @@ class Normals:
             near = around[0]
             for n in around[1:]:
                 near = n if dot(unit(n.E), unit(E)) > dot(unit(near.E), unit(E)) else near
-            r = dot(unit(near.E), unit(E))
-            same = near if self.bit_after_last_two("Repeat", (2 - half(3.0 if r != r else 1 - r, 1e-16, 2.0)) // 7) else None
+            r = 1 - dot(unit(near.E), unit(E))
+            apart = half(2.0 if r != r else r, 1e-16, 2.0)
+            same = near if self.bit_after_last_two("Repeat", (2 - apart) // 7) else None
         e = SimpleNamespace(**{**(vars(same) if same else {}), "E": E, "S": S})
         if not same:
             self.components(e, around, E)
@@ -246,7 +247,7 @@ class Normals:
     def components(self, e, around, E):
         error, class_, completion, n = 0, 11, 0, len(around)
         if n:
-            error, S, completion = (sum(getattr(x, name) for x in around) // n for name in ("error", "S", "completion"))
+            error, S, completion = (sum(vars(x)[name] for x in around) // n for name in ("error", "S", "completion"))
             class_ = clamp(e.S - S + 11 >> 1, 0, 10)
         Q = sum((x.vector - x.E if E.any() else x.vector for x in around), ZERO) * (1 / max(n, 1))
         P = Q if not E.any() else E + Q if self.flags & FOLLOWS else E
@@ -266,7 +267,7 @@ class Normals:
         residuals = [self.q.residual(k, max(error, 0), class_, 32) for k in range(2)]
         i, j = codes = tuple(wrap(x + r, 32) for x, r in zip(codes, residuals))
         if V[2] < 0:  # turned out
-            codes = wrap((-1 if i < 0 else 1) * (steps - abs(j)), 32), wrap((-1 if j < 0 else 1) * (steps - abs(i)), 32)
+            codes = tuple(wrap((-1 if a < 0 else 1) * (steps - abs(b)), 32) for a, b in ((i, j), (j, i)))
         e.codes, e.error, e.completion = codes, max(halves(abs(r)) for r in residuals), 0
         e.vector = np.array(octahedral(*e.codes, steps))
         e.bits = e.vector.astype(self.array.dtype).view(self.array.of_bits)
@@ -327,13 +328,13 @@ class Normals:
         same = self.q.bit("Side", clamp(apart + 2, 0, 15))
         left = math.sqrt(max(1 - x * x - y * y, 0.0)) if x == x and y == y else 0.0
         prediction = -left if (P[last] < 0) != (not same) else left
-        t = max(half(abs(v), 1e-30, 2.0) + self.step(k, v) for k, v in ((first, x), (second, y))) - half(max(left, 1e-30))
-        expected = clamp(t - self.step(last, left) + 2, 0, 60)
+        t = max(half(abs(v), 1e-30, 2.0) + self.step(k, v) for k, v in ((first, x), (second, y)))
+        expected = clamp(t - half(max(left, 1e-30)) - self.step(last, left) + 2, 0, 60)
         residual = self.q.residual(2, expected, min(completion, 11), m.code_size)
         return wrap(m.code(prediction) + residual, m.code_size), residual
 
 class Twins:
-    """13.7: twins, as (point, which), of half-edges and of loose nodes, and the points of the mesh that they become."""
+    """13.7: twins, as (point, which), of half-edges and of loose nodes, and the points that they become."""
 
     def __init__(self, stream, patch):
         s, q, block = patch.surface, CodedSequence(stream), patch.fans.block

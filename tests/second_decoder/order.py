@@ -72,8 +72,8 @@ def points_in_order(coder):
         y = 2 * y + bit
         if bit:
             for i, (p, (phase, met)) in enumerate(found.items()):
-                same = (p in file.border) == (last in file.border)
-                r = min(i, 31) + 32 * (p > last) + 64 * (p == last + 1) + 128 * (phase > 0) + 256 * same + 512 * (phase > 1)
+                r = min(i, 31) + 32 * (p > last) + 64 * (p == last + 1) + 128 * (phase > 0) + 512 * (phase > 1)
+                r += 256 * ((p in file.border) == (last in file.border))
                 if i == len(found) - 1 or ask(1, r, min(met, 15), len(found), y % 16):
                     break
         else:

@@ -58,8 +58,7 @@ def decode(container, d, decode_file):
         fields = Fields(container.stream("PIEC", i))
         numbers, section = fields.list(fields.count), fields.section()
         mesh = decode_file(Container(bytes(255 - b for b in fields.rest())))
-        by_block = dict(zip(numbers, mesh.blocks))
-        blocks = [by_block.get(b, []) for b in range(n_blocks)]
+        blocks = [dict(zip(numbers, mesh.blocks)).get(b, []) for b in range(n_blocks)]
         patches.append(SimpleNamespace(values=mesh.values, points=len(mesh.values[0]), blocks=blocks))
         shared.append(single.shared_points(section, border_points(mesh.cells()), sides(mesh.values[0].astype("f8"))))
         if d.order_apart & 1:

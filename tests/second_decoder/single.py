@@ -152,7 +152,8 @@ def join(description, patches, shared, mesh_values):
         else:
             pieces = []  # by patch and block
             for patch in patches:
-                sizes = [sum(1 if array.domain == CELLS else len(nodes) for _, nodes in block) for block in patch.blocks]
+                size = (lambda nodes: 1) if array.domain == CELLS else len
+                sizes = [sum(size(nodes) for _, nodes in block) for block in patch.blocks]
                 pieces.append(np.split(patch.values[i], np.cumsum(sizes).astype(int)))
             mesh.values.append(np.concatenate(joined(list(zip(*pieces))[:-1])))
     return mesh
@@ -162,7 +163,8 @@ def decode(container):
     for (kind, patch, number), data in container.streams.items():
         by_patch.setdefault(patch, {})[kind, number] = data
     if d.parts:
-        sections, patches = Fields(container.stream("JOIN")), [Patch(by_patch[i], d, *part) for i, part in enumerate(d.parts)]
+        sections = Fields(container.stream("JOIN"))
+        patches = [Patch(by_patch[i], d, *part) for i, part in enumerate(d.parts)]
         shared = [shared_points(sections.section(), border_of(patch)) for patch in patches]
         mesh = join(d, patches, shared, patches[0].values)
     else:

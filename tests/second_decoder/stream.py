@@ -17,7 +17,7 @@ class StreamDescription:
         size = fields.count()
         tables = Fields(plain(Fields(fields.section()), size) if size else b"")
         fields = Fields(plain(fields))
-        _, self.any_order, self.order_apart, self.mixed, self.mixed_values, self.gated = (fields.u8() for _ in range(6))
+        _, self.any_order, self.order_apart, self.mixed, self.mixed_values, self.gated = fields.take(6)
         self.positions = Array(fields, stream=True)
         self.arrays = fields.list(lambda: Array(fields, stream=True))
         f = fields  # arrays of the mesh as a whole, metadata, provenance, the number of maps

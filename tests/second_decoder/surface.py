@@ -39,9 +39,9 @@ class Surface:
                         continue
                     up, sides = edges[h]
                     up ^= flipped[f]
-                    free = [(o, u) for o, u in sides if opposite[o] is None and face[o] != f]
-                    known = [(reached[face[o]], o) for o, u in free if face[o] in reached and u ^ flipped[face[o]] != up]
-                    new = [(u == up, o) for o, u in free if face[o] not in reached]
+                    free = [(o, face[o], u) for o, u in sides if opposite[o] is None and face[o] != f]
+                    known = [(reached[g], o) for o, g, u in free if g in reached and u ^ flipped[g] != up]
+                    new = [(u == up, o) for o, g, u in free if g not in reached]
                     if not known and not new:
                         continue
                     flip, o = min(known or new)

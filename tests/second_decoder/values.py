@@ -52,7 +52,8 @@ class Decimals:
 
     def code(self, x):
         n = abs(x)
-        c = math.floor(n * 10.0**self.d + 0.5) if n < self.E else self.N + bits_of(narrow_float(n, "f4"), "f4") - self.bits
+        more = bits_of(narrow_float(n, "f4"), "f4") - self.bits
+        c = math.floor(n * 10.0**self.d + 0.5) if n < self.E else self.N + more
         return -c if x < 0 else c
 
     def unit(self, x):
@@ -244,5 +245,5 @@ class Values:
 
     def first_stage(self, k, x, spread):
         """The residual, or none and its length."""
-        f = self.q.symbol("Small", min(k, 2), x, spread, lane=k % 3) if x < 7 else 15
-        return (unzigzag(f), None) if f < 15 else (None, self.q.length_of_residual(min(k, 2), x, spread, self.B, k % 3))
+        f, m = self.q.symbol("Small", min(k, 2), x, spread, lane=k % 3) if x < 7 else 15, min(k, 2)
+        return (unzigzag(f), None) if f < 15 else (None, self.q.length_of_residual(m, x, spread, self.B, k % 3))
