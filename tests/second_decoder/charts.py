@@ -22,13 +22,12 @@ class TableSet:
 
 def index_entry(fields, number):
     """17.2: the head that a group must have, its charts, and checks of these."""
-    level, error, bound = fields.numbers("Bff")
-    fields.take(16)  # sphere, offset
+    level, error, bound, _ = fields.numbers("Bff16s")  # and sphere, offset
     replaces, charts, checks = fields.count(), [], []
     for _ in range(fields.count()):
         fields.take(11)  # sphere, half-axes
         producer = fields.count()
-        charts.append((1 + number + producer if producer else 0, fields.count(), fields.count()))
+        charts.append((producer and 1 + number + producer, fields.count(), fields.count()))
         checks.append(fields.number("I"))
     return (level, replaces, error, bound), charts, checks
 

@@ -5,7 +5,7 @@ from collections import Counter
 import numpy as np
 from description import CELLS, POINTS, TWINS
 
-TYPES = {"Int8": "i1", "UInt8": "u1", "Int16": "i2", "UInt16": "u2", "Int32": "i4", "UInt32": "u4", "Int64": "i8", "UInt64": "u8"}
+TYPES = {f"{name}{8 * size}": f"{kind}{size}" for name, kind in (("Int", "i"), ("UInt", "u")) for size in (1, 2, 4, 8)}
 TYPES |= {"Float32": "f4", "Float64": "f8"}
 
 
@@ -61,9 +61,11 @@ def differences(mesh, vtu):
 def triangles_of_level(mesh, level):
     """Of mode random: how often each triangle, as three positions, is in the charts of a coarser level."""
     patches = [patch for of, patch in mesh.coarser if of == level]
-    return Counter(tuple(sorted(patch.values[0][p].tobytes() for p in nodes)) for patch in patches for block in patch.blocks for _, nodes in block)
+    triangles = ((patch.values[0], nodes) for patch in patches for block in patch.blocks for _, nodes in block)
+    return Counter(tuple(sorted(points[p].tobytes() for p in nodes)) for points, nodes in triangles)
 
 
 def triangles_of(vtu):
     points = vtu["Points", "Points"]
-    return Counter(tuple(sorted(points[p].tobytes() for p in nodes)) for nodes in vtu["Cells", "connectivity"].reshape(-1, 3))
+    faces = vtu["Cells", "connectivity"].reshape(-1, 3)
+    return Counter(tuple(sorted(points[p].tobytes() for p in nodes)) for nodes in faces)

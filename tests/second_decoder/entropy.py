@@ -86,12 +86,8 @@ class Operations(Sequence):
         model.learn(s)
         return s
 
-    def long_raw(self, n, most=16):
-        """n bits, `most` at a time, the highest first."""
-        value = 0
-        while n > 0:
-            value, n = value << min(n, most) | self.raw(min(n, most)), n - most
-        return value
+    def raws(self, n):
+        return self.raw(16) << n - 16 | self.raws(n - 16) if n > 16 else self.raw(n) if n > 0 else 0
 
     def count(self, *name):
         s, n = self.symbol(*name), 1

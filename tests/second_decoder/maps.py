@@ -25,7 +25,7 @@ def narrow_float(x, kind):
     x = clamp(x, -MOST[kind], MOST[kind]) if x == x else x
     return f32(x) if kind == "f4" else x
 
-def binary_power(e): return 0.0 if e < -1074 else math.ldexp(1.0, e)
+def binary_power(e): return float(np.ldexp(1.0, e))
 
 def ten(x, k):
     """x * 10^k"""
@@ -51,7 +51,7 @@ def octahedral(i, j, steps):
 def scaled(x, q, base=10):
     """x * base^q, by powers of ten that doubles hold exactly."""
     if base == 2:
-        return math.ldexp(x, q) if q < 1100 else (math.inf if x else 0.0)
+        return float(np.ldexp(x, q))
     whole = max(abs(q) - 1, 0) // 22
     for left in [22] * whole + [abs(q) - 22 * whole]:
         x = x / 10.0**left if q < 0 else x * 10.0**left
@@ -66,7 +66,7 @@ def power(x):
     for _ in range(4):
         logarithm = f + f * (1 - f) * (a + b * f)
         f -= (logarithm - rest) / (1 + (1 - 2 * f) * (a + b * f) + f * (1 - f) * b)
-    return math.ldexp(1 + f, whole) if whole < 1024 else math.inf
+    return float(np.ldexp(1 + f, whole))
 
 class Map:
     """The map of one component. `kind` is that of the text without + 64 and + 128."""
@@ -94,7 +94,7 @@ class Map:
             gap, left = int(l > 0), max(l - 3, 0)
             for _ in range(clamp(l - 1, 0, 2)):
                 gap = 2 * gap + sequence.bit("top", l, gap % 4)
-            distance += (gap << left | sequence.long_raw(left)) + 1
+            distance += (gap << left | sequence.raws(left)) + 1
             sides = 3 if sequence.bit("both", sides) else 1 + sequence.bit("above", sides)
             codes += (sides & 1) * [-distance - (self.kind in (1, 5, 6))] + (sides >> 1) * [distance]
         return sorted(codes)
@@ -217,10 +217,10 @@ class Details:
                     history[k] = (2 * history[k] + z) % 8
                     if not z:
                         negative = q.bit("sign", k)
-                        zeros_before[k] = zeros = q.tree(6, "zeros", zeros_before[k])
+                        zeros_before[k] = zeros = q.tree(6, "zeros", k, zeros_before[k])
                         length = 1 + q.tree(6, "length", k, min(zeros, 7))
                         odd = 2 + q.bit("second", k, length) if length > 2 else 1
-                        odd = odd << max(length - 3, 0) | q.long_raw(length - 3)
+                        odd = odd << max(length - 3, 0) | q.raws(length - 3)
                         detail = ((2 * odd + 1 if length > 1 else odd) << zeros) * (-1 if negative else 1)
                     seen[k][i] = base, detail
                 others = (2 * others + (detail == 0)) % 4

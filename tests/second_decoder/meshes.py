@@ -1,34 +1,38 @@
 """Small random meshes, written as VTU files: what the encoder makes of them is this decoder's food."""
 import numpy as np
 
-NAMES = {"i1": "Int8", "u1": "UInt8", "i2": "Int16", "u2": "UInt16", "i4": "Int32", "u4": "UInt32", "i8": "Int64", "u8": "UInt64", "f4": "Float32", "f8": "Float64"}
+HEAD = """<?xml version="1.0"?>
+<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" header_type="UInt64"><UnstructuredGrid>
+"""
 
 
 def write_vtu(path, points, cells, point_arrays=(), cell_arrays=(), corner_arrays=()):
     """Cells are (type, points); arrays (name, values)."""
-    blobs, tags = [], []
+    blobs, types = [], {"f": "Float", "i": "Int", "u": "UInt"}
 
     def data_array(name, values, more=""):
         more += ' maille_role="normal"' if name == "normal" else ""
         values = np.ascontiguousarray(values)
-        components = values.shape[1] if values.ndim > 1 else 1
-        kind = values.dtype.str[1:]
-        offset = sum(len(blob) for blob in blobs)
+        type_ = f"{types[values.dtype.kind]}{8 * values.dtype.itemsize}"
+        components, offset = values.shape[1] if values.ndim > 1 else 1, sum(map(len, blobs))
         blobs.append(np.uint64(values.nbytes).tobytes() + values.tobytes())
-        return f'<DataArray type="{NAMES[kind]}" Name="{name}" NumberOfComponents="{components}"{more} format="appended" offset="{offset}"/>\n'
+        tag = f'<DataArray type="{type_}" Name="{name}" NumberOfComponents="{components}"'
+        return f'{tag}{more} format="appended" offset="{offset}"/>'
 
-    tags.append('<?xml version="1.0"?>\n<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" header_type="UInt64">\n<UnstructuredGrid>\n<FieldData>\n')
-    for name, values in corner_arrays:
-        tags.append(data_array(name, values, f' NumberOfTuples="{len(values)}" maille_domain="corner"'))
-    tags.append(f'</FieldData>\n<Piece NumberOfPoints="{len(points)}" NumberOfCells="{len(cells)}">\n<Points>\n{data_array("Points", points)}</Points>\n<PointData>\n')
-    tags += [data_array(name, values) for name, values in point_arrays] + ["</PointData>\n<CellData>\n"]
-    tags += [data_array(name, values) for name, values in cell_arrays] + ["</CellData>\n<Cells>\n"]
-    tags.append(data_array("connectivity", np.array([p for _, nodes in cells for p in nodes], "i8")))
-    tags.append(data_array("offsets", np.cumsum([len(nodes) for _, nodes in cells], dtype="i8")))
-    tags.append(data_array("types", np.array([t for t, _ in cells], "u1")))
-    tags.append('</Cells>\n</Piece>\n</UnstructuredGrid>\n<AppendedData encoding="raw">\n_')
+    def section(name, arrays, more=lambda values: ""):
+        return [f"<{name}>", *(data_array(array, values, more(values)) for array, values in arrays), f"</{name}>"]
+
+    corner = lambda values: f' NumberOfTuples="{len(values)}" maille_domain="corner"'
+    nodes = ("connectivity", np.array([p for _, nodes in cells for p in nodes], "i8"))
+    ends = ("offsets", np.cumsum([len(nodes) for _, nodes in cells], dtype="i8"))
+    tags = section("FieldData", corner_arrays, corner)
+    tags.append(f'<Piece NumberOfPoints="{len(points)}" NumberOfCells="{len(cells)}">')
+    tags += section("Points", [("Points", points)])
+    tags += section("PointData", point_arrays) + section("CellData", cell_arrays)
+    tags += section("Cells", [nodes, ends, ("types", np.array([t for t, _ in cells], "u1"))])
+    tags.append('</Piece></UnstructuredGrid><AppendedData encoding="raw">_')
     with open(path, "wb") as file:
-        file.write("".join(tags).encode() + b"".join(blobs) + b"\n</AppendedData>\n</VTKFile>\n")
+        file.write((HEAD + "\n".join(tags)).encode() + b"".join(blobs) + b"\n</AppendedData>\n</VTKFile>\n")
 
 
 def values_for(rng, x, n_components, dtype):
@@ -106,7 +110,8 @@ def surface(rng, path):
     u, v = np.meshgrid(np.linspace(0, 1, n), np.linspace(0, 1, m), indexing="ij")
     points = np.stack([u.ravel(), v.ravel(), np.sin(3 * u * v).ravel()], 1)
     if rng.integers(3) == 0:
-        points = np.stack([np.cos(6.3 * u.ravel()) * (1 + v.ravel()), np.sin(6.3 * u.ravel()) * (1 + v.ravel()), v.ravel()], 1)
+        around, out = 6.3 * u.ravel(), 1 + v.ravel()
+        points = np.stack([np.cos(around) * out, np.sin(around) * out, v.ravel()], 1)
     points += rng.normal(size=points.shape) * [0, 0.01, 0.1][rng.integers(3)]
     if rng.integers(2):
         points = np.round(points, 3)
@@ -181,24 +186,26 @@ def finish(rng, path, points, cells, corners):
     if rng.integers(3) == 0:
         where, values = normals(rng, points, cells)
         {"p": point_arrays, "c": cell_arrays, "k": corner_arrays}[where].append(("normal", values))
-    named = [[(name if name == "normal" else f"{kind}_{name}", v) for name, v in arrays] for kind, arrays in (("p", point_arrays), ("c", cell_arrays), ("k", corner_arrays))]
-    write_vtu(path, points, cells, *named)
+    named = lambda kind, arrays: [(name if name == "normal" else f"{kind}_{name}", v) for name, v in arrays]
+    write_vtu(path, points, cells, named("p", point_arrays), named("c", cell_arrays), named("k", corner_arrays))
 
 
 def volume(rng, path):
     """Hexahedra, wedges and quads, or tetrahedra of a block, in the order of a grid or in none."""
     n, m, k = (int(x) for x in rng.integers(2, 7, 3))
-    points = np.stack(np.meshgrid(np.arange(n + 1), np.arange(m + 1), np.arange(k + 1), indexing="ij"), -1).reshape(-1, 3) / 4
+    grid = np.meshgrid(np.arange(n + 1), np.arange(m + 1), np.arange(k + 1), indexing="ij")
+    points = np.stack(grid, -1).reshape(-1, 3) / 4
     points = points + rng.normal(size=points.shape) * [0, 0.001, 0.1][rng.integers(3)]
     if rng.integers(2):
         points = np.round(points, 3)
     cells, tets, wedges = [], bool(rng.integers(2)), bool(rng.integers(3) == 0)
     for a, b, c in np.ndindex(n, m, k):
-        x = [((a + i) * (m + 1) + b + j) * (k + 1) + c + l for l in (0, 1) for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))]
+        corners = [(i, j, l) for l in (0, 1) for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))]
+        x = [((a + i) * (m + 1) + b + j) * (k + 1) + c + l for i, j, l in corners]
         if rng.integers(12) == 0:
             continue
         if tets:
-            cells += [(10, [x[i] for i in t]) for t in ((0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6))]
+            cells += [(10, [x[0], x[i], x[j], x[6]]) for i, j in ((1, 2), (2, 3), (3, 7), (7, 4), (4, 5), (5, 1))]
         elif wedges and rng.integers(3) == 0:
             cells += [(13, [x[i] for i in (0, 1, 2, 4, 5, 6)]), (13, [x[i] for i in (0, 2, 3, 4, 6, 7)])]
         else:

@@ -249,7 +249,8 @@ class Normals:
         if n:
             error, S, completion = (sum(vars(x)[name] for x in around) // n for name in ("error", "S", "completion"))
             class_ = clamp(e.S - S + 11 >> 1, 0, 10)
-        Q = sum((x.vector - x.E if E.any() else x.vector for x in around), ZERO) * (1 / max(n, 1))
+        Q = sum((term for x in around for term in ((x.vector, -x.E) if E.any() else (x.vector,))), ZERO)
+        Q = Q * (1 / max(n, 1))
         P = Q if not E.any() else E + Q if self.flags & FOLLOWS else E
         P = unit(P) if self.flags & UNIT else P
         P = np.where(np.isfinite(P), P, 0.0)
@@ -277,7 +278,7 @@ class Normals:
         last = max((2, 0, 1), key=lambda k: abs(P[k])) if unit_ else 2
         first, second, e.completion = (last + 1) % 3, (last + 2) % 3, 0
         codes[first], changes = self.component(0, first, P[first], error, class_, around)
-        x = self.maps[first].number(codes[first])
+        x = self.number(first, codes[first])
         rest = P[second] * P[second] + P[last] * P[last]
         if unit_ and 1 - x * x > 0 and rest > 0:
             P[[second, last]] *= np.sqrt((1 - x * x) / rest)
@@ -286,15 +287,17 @@ class Normals:
             error = error + found + 1 >> 1 if found > error else 3 * error + found + 2 >> 2
         codes[second], _ = self.component(1, second, P[second], error, class_, around)
         if unit_:
-            y = self.maps[second].number(codes[second])
+            y = self.number(second, codes[second])
             codes[last], residual = self.last_of_unit((first, second, last), P, x, y, error, completion)
             e.completion = halves(abs(residual))
         else:
             codes[last], _ = self.component(2, last, P[last], error, class_, around)
-        numbers = [m.number(c) for m, c in zip(self.maps, codes)]
+        numbers = [self.number(k, c) for k, c in enumerate(codes)]
         e.codes, e.vector = tuple(codes), np.where(np.isfinite(numbers), numbers, 0.0)
         e.error = max(half(max(abs(v - p) for v, p in zip(numbers, P0)), 1e-30, 1e30), least)
         e.bits = [m.stored(c, self.array.dtype) for m, c in zip(self.maps, e.codes)]
+
+    def number(self, k, c): return self.maps[k].value(c) if self.maps[k].kind in (5, 6) else self.maps[k].number(c)
 
     def step(self, k, p):
         """Twice the logarithm of the map's step at p."""
