@@ -9,7 +9,9 @@ add_compile_options(-fno-exceptions -fno-rtti -msimd128 -msse2 -Wno-shorten-64-t
 # Preset wasm compiles for size (-Oz; without -finline-functions emscripten 3.1.6 leaves inlining to its linker, and that
 # makes code twice as large). What runs for each triangle or cell is compiled for speed.
 set(maille_fast_on_web
-  surface/fans/fast_fans.cpp surface/fans/positions_decoder.cpp entropy/mixing.cpp
+  surface/fans/fast_fans.cpp surface/fans/positions_decoder.cpp entropy/mixing.cpp surface/gluing.cpp numbers/octahedral.cpp
+  surface/arrays/corner_faces.cpp surface/arrays/normal_arrays.cpp surface/arrays/stencil.cpp
+  surface/arrays/surface_normals.cpp surface/arrays/twin_coder.cpp
   surface/front/mixed_array.cpp surface/front/position_predictor.cpp volume/cells/cell_coder.cpp volume/cells/cell_coder_corners.cpp
   volume/cells/cell_coder_slow.cpp volume/values/mixed_values.cpp volume/values/tuple_values.cpp
   volume/cells/patterns.cpp volume/stream/stream_reader.cpp)
