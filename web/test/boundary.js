@@ -5,6 +5,7 @@ export function boundaryOf({blocks}) {
   const nodesOfFaces = {
     10: [[0, 1, 3], [1, 2, 3], [2, 0, 3], [0, 2, 1]],
     12: [[0, 4, 7, 3], [1, 2, 6, 5], [0, 1, 5, 4], [3, 7, 6, 2], [0, 3, 2, 1], [4, 5, 6, 7]],
+    13: [[0, 1, 2], [3, 5, 4], [0, 3, 4, 1], [1, 4, 5, 2], [2, 5, 3, 0]],
     14: [[0, 3, 2, 1], [0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]],
   };
   const faces = new Map(), flat = [];
@@ -24,4 +25,4 @@ export function boundaryOf({blocks}) {
   }
   return [...faces.values(), ...flat.filter(({key}) => !faces.has(key))];
 }
-export const nodesOfType = {5: 3, 9: 4, 10: 4, 12: 8, 14: 5};
+export const nodesOfType = {5: 3, 9: 4, 10: 4, 12: 8, 13: 6, 14: 5};

@@ -6,7 +6,6 @@ import {readFile} from 'node:fs/promises';
 import {tmpdir} from 'node:os';
 import path from 'node:path';
 import {after, test} from 'node:test';
-import {fileURLToPath} from 'node:url';
 
 import {compileDecoder, Decoder, DecoderFile} from '../src/decoder.js';
 import {decode, ErrorCode, MailleError, MeshFile, ready, setDecoder} from '../src/maille.js';
@@ -14,9 +13,9 @@ import {instancesOf} from '../src/nodes.js';
 import {Session} from '../src/session.js';
 import {boundaryOf, nodesOfType} from './boundary.js';
 import {checksumOf} from './checksum.js';
+import {bear, bunny, can, cheese, coloured, painted, pathOf, quads, root, scan, streams, textured} from './meshes.js';
 import {times, withSteps} from './steps.js';
 
-const root = fileURLToPath(new URL('../..', import.meta.url));
 const build = process.env.MAILLE_BUILD ?? path.join(root, 'build/release');
 const maille = path.join(build, 'tool/maille');
 const folder = mkdtempSync(path.join(tmpdir(), 'maille-web-'));
@@ -50,7 +49,7 @@ async function expectTheSame(files) {
 
 function compressed(mesh, ...options) {
   const file = path.join(folder, `${path.basename(mesh)}${options.join('')}.maille`);
-  execFileSync(maille, ['compress', '-q', '-f', ...options, path.join(root, 'build/data', mesh), file]);
+  execFileSync(maille, ['compress', '-q', '-f', ...options, pathOf(mesh), file]);
   return file;
 }
 
@@ -59,15 +58,15 @@ test('golden files of all modes decode to the same bytes as natively', () => exp
 test('damaged files are refused as they are natively', () => expectTheSame(filesBelow('tests/corrupt', '.maille')));
 
 test('real surfaces decode to the same bytes as natively, at all kinds of levels', () => expectTheSame(
-  ['-1', '-3', '-5', '-9'].flatMap(level => [compressed('tri/cheese.off', level), compressed('tri/bear.off', level, '--bits', '12'),
-    compressed('tri/bear.off', level, '--mode', 'random')])));
+  ['-1', '-3', '-5', '-9'].flatMap(level => [compressed(cheese, level), compressed(bear, level, '--bits', '12'),
+    compressed(bear, level, '--mode', 'random')])));
 
 test('real volumes decode to the same bytes as natively', () => expectTheSame(
   ['hex', 'tet', 'mixed'].flatMap(kind => readdirSync(path.join(root, 'build/data', kind)).sort().slice(0, 3)
     .map(name => compressed(`${kind}/${name}`)))));
 
 test('charts of level 0 hold every face once', async () => {
-  const bytes = readFileSync(compressed('tri/bear.off', '--mode', 'random'));
+  const bytes = readFileSync(compressed(bear, '--mode', 'random'));
   const file = await MeshFile.open(bytes), whole = await file.decode();
   let faces = 0;
   for (const chart of await file.select({level: 0})) faces += (await file.decodeNode(chart)).triangles.length / 3;
@@ -78,7 +77,7 @@ test('charts of level 0 hold every face once', async () => {
 
 test('charts are the same from the decoder of charts and from that of all modes', async () => {
   for (const level of ['-1', '-2', '-5']) {
-    const bytes = readFileSync(compressed('tri/bear.off', level, '--mode', 'random', '--bits', '12'));
+    const bytes = readFileSync(compressed(bear, level, '--mode', 'random', '--bits', '12'));
     const [charts, full] = await Promise.all([ready(), ready({full: true})].map(async module => {
       const file = new DecoderFile(await Decoder.create(await module), bytes.length, 'x');
       file.give(0, bytes);
@@ -94,7 +93,7 @@ test('charts are the same from the decoder of charts and from that of all modes'
 });
 
 test('numbers of points and cells that are their places are there when they are asked for', async () => {
-  const file = await MeshFile.open(readFileSync(compressed('tri/bear.off', '--mode', 'random')));
+  const file = await MeshFile.open(readFileSync(compressed(bear, '--mode', 'random')));
   const {positions, triangles, points, cells} = await file.decodeNode((await file.select())[0]);
   assert.deepEqual(points, Uint32Array.from({length: positions.length / 3}, (_, i) => i));
   assert.deepEqual(cells, Uint32Array.from({length: triangles.length / 3}, (_, i) => i));
@@ -118,16 +117,16 @@ test('a file loads the decoder that it needs, and a larger one when it asks for 
     return asked.map(name => name.replace(/maille-?|\.wasm/g, '') || 'small');
   };
   const chart = async file => file.decodeNode((await file.select())[0]);
-  const bear = (...options) => compressed('tri/bear.off', ...options);
+  const ofBear = (...options) => compressed(bear, ...options);
   try {
-    assert.deepEqual(await loaded(bear('--mode', 'random'), chart), ['charts']);
-    assert.deepEqual(await loaded(bear('--mode', 'random'), file => file.pick([0, 0, 1e3], [0, 0, -1])), ['charts']);
-    assert.deepEqual(await loaded(bear('--mode', 'random'), file => file.decode()), ['charts', 'small']);
-    assert.deepEqual(await loaded(bear('--mode', 'random', '-9'), chart), ['charts', 'full']);
-    assert.deepEqual(await loaded(bear('-5'), file => file.decode()), ['charts', 'small']);
-    assert.deepEqual(await loaded(bear('-9'), file => file.decode()), ['charts', 'small', 'full']);
+    assert.deepEqual(await loaded(ofBear('--mode', 'random'), chart), ['charts']);
+    assert.deepEqual(await loaded(ofBear('--mode', 'random'), file => file.pick([0, 0, 1e3], [0, 0, -1])), ['charts']);
+    assert.deepEqual(await loaded(ofBear('--mode', 'random'), file => file.decode()), ['charts', 'small']);
+    assert.deepEqual(await loaded(ofBear('--mode', 'random', '-9'), chart), ['charts', 'full']);
+    assert.deepEqual(await loaded(ofBear('-5'), file => file.decode()), ['charts', 'small']);
+    assert.deepEqual(await loaded(ofBear('-9'), file => file.decode()), ['charts', 'small', 'full']);
     missing = ['maille-charts.wasm'];
-    assert.deepEqual(await loaded(bear('--mode', 'random'), chart), ['charts', 'small']);
+    assert.deepEqual(await loaded(ofBear('--mode', 'random'), chart), ['charts', 'small']);
   } finally {
     globalThis.fetch = own;
     await setDecoder(new URL('maille.wasm', dist));
@@ -141,7 +140,7 @@ test('a decoder that is not there is an error of the library', async () => {
 });
 
 test('what a renderer asks for within a frame comes later where it takes another decoder', async () => {
-  const bytes = readFileSync(compressed('tri/bear.off', '--mode', 'random')), asked = [];
+  const bytes = readFileSync(compressed(bear, '--mode', 'random')), asked = [];
   const other = async kind => { asked.push(kind); return {module: await ready({mode: 'single'}), kind}; };
   const read = async ranges => ranges.map(({offset, size}) => bytes.subarray(offset, offset + size));
   const session = new Session({kind: 'charts', other}, {size: bytes.length, name: 'x', mode: 'random'}, read);
@@ -156,7 +155,7 @@ test('what a renderer asks for within a frame comes later where it takes another
 });
 
 test('a ray meets the original where the whole mesh has its nearest triangle', async () => {
-  const file = await MeshFile.open(readFileSync(compressed('tri/bear.off', '--mode', 'random')));
+  const file = await MeshFile.open(readFileSync(compressed(bear, '--mode', 'random')));
   const whole = await file.decode(), {centre, radius} = file.sphere;
   const origin = [centre[0] - 3 * radius, centre[1], centre[2]], direction = [1, 0, 0];
   const hit = await file.pick(origin, direction);
@@ -183,7 +182,7 @@ function nearestHit({positions, blocks}, origin, direction) {
 }
 
 test('a region extracted is that part of the original', async () => {
-  const file = await MeshFile.open(readFileSync(compressed('tri/bear.off', '--mode', 'random')));
+  const file = await MeshFile.open(readFileSync(compressed(bear, '--mode', 'random')));
   const whole = await file.decode(), {centre, radius} = file.sphere;
   const box = {low: centre.map(x => x - radius / 3), high: centre.map(x => x + radius / 3)};
   const part = await file.extract({box});
@@ -202,7 +201,7 @@ test('a region extracted is that part of the original', async () => {
 });
 
 test('a region is saved as the PLY file that `maille extract` writes, with arrays of points, corners and cells', async () => {
-  for (const mesh of ['tri/bear.off', 'poly/fertility_quad.off', 'textured/bunny10k_textured.ply', 'textured/gargo.ply', 'textured/spot.obj']) {
+  for (const mesh of [bear, quads, painted, coloured, textured]) {
     const packed = compressed(mesh, '--mode', 'random'), native = path.join(folder, 'region.ply');
     const file = await MeshFile.open(readFileSync(packed)), {centre, radius} = file.sphere;
     const box = {low: centre.map(x => x - radius / 2), high: centre.map(x => x + 0.6 * radius)};
@@ -211,7 +210,7 @@ test('a region is saved as the PLY file that `maille extract` writes, with array
     assert.ok(points > 0 && faces > 0, mesh);
     assert.ok(readFileSync(native).equals(bytes), `${mesh}: ${bytes.length} bytes`);
     const header = Buffer.from(bytes.subarray(0, 2000)).toString('latin1').split('end_header')[0];
-    if (mesh === 'textured/spot.obj') assert.match(header, /property list \w+ \w+ texcoord/);
+    if (mesh === textured) assert.match(header, /property list \w+ \w+ texcoord/);
     // The decoder that writes files still gives charts.
     const [chart] = await file.select();
     assert.ok((await file.decodeNode(chart)).triangles.length > 0);
@@ -220,24 +219,24 @@ test('a region is saved as the PLY file that `maille extract` writes, with array
 });
 
 test('without a region, what is extracted is in the order of the input, as `maille extract` has it', async () => {
-  const packed = compressed('tri/bear.off', '--mode', 'random', '--keep-order'), native = path.join(folder, 'whole.ply');
+  const packed = compressed(bear, '--mode', 'random', '--keep-order'), native = path.join(folder, 'whole.ply');
   execFileSync(maille, ['extract', '-q', '-f', packed, native]);
   const file = await MeshFile.open(readFileSync(packed));
   assert.ok(readFileSync(native).equals((await file.extractPly()).bytes));
-  const input = readFileSync(path.join(root, 'build/data/tri/bear.off'), 'utf8').split(/\s+/).slice(4).map(Number);
+  const input = readFileSync(pathOf(bear), 'utf8').split(/\s+/).slice(4).map(Number);
   const {positions} = await file.extract();
   assert.deepEqual([...positions.subarray(0, 300)], [...Float32Array.from(input.slice(0, 300))]);
   file.close();
 });
 
 test('a lean chart is the same, without numbers that say nothing', async () => {
-  for (const mesh of ['tri/bear.off', 'textured/spot.obj']) {
+  for (const mesh of [bear, textured]) {
     const file = await MeshFile.open(readFileSync(compressed(mesh, '--mode', 'random')));
     for (const chart of (await file.select({level: 0})).slice(0, 3)) {
       const full = await file.decodeNode(chart), lean = await file.decodeNode(chart, {lean: true});
       const {points, cells, triangles} = lean;
       assert.deepEqual([...triangles], [...full.triangles]);
-      if (mesh === 'tri/bear.off') assert.deepEqual([triangles.BYTES_PER_ELEMENT, points, cells], [2, null, null]);
+      if (mesh === bear) assert.deepEqual([triangles.BYTES_PER_ELEMENT, points, cells], [2, null, null]);
       for (const [name, numbers] of Object.entries({points, cells}))
         assert.deepEqual(numbers ?? Uint32Array.from(full[name], (_, i) => i), full[name], `${mesh}: ${name}`);
       assert.deepEqual({...lean, points, cells, triangles}, {...full, points, cells, triangles});
@@ -334,7 +333,7 @@ test('instances of metadata that anybody may have written end, and are none wher
 });
 
 test('metadata of a large file is read without its mesh', async () => {
-  const bytes = readFileSync(compressed('hex/can.vtu')), reads = [];
+  const bytes = readFileSync(compressed(can.mesh)), reads = [];
   const input = {size: bytes.length, readAt: async (offset, size) => (reads.push(size), bytes.subarray(offset, offset + size))};
   const file = await MeshFile.open(input, {workers: 0});
   assert.ok(Array.isArray(await file.readMetadata()));
@@ -343,20 +342,17 @@ test('metadata of a large file is read without its mesh', async () => {
 });
 
 test('an aborted call is rejected, and the file stays usable', async () => {
-  const file = await MeshFile.open(readFileSync(compressed('tri/bear.off', '--mode', 'random')));
+  const file = await MeshFile.open(readFileSync(compressed(bear, '--mode', 'random')));
   const [chart] = await file.select({level: 0});
   await assert.rejects(file.decodeNode(chart, {signal: AbortSignal.abort()}), {name: 'AbortError'});
   assert.ok((await file.decodeNode(chart)).triangles.length > 0);
   file.close();
 });
 
-// With their options: where the order of the input stands apart, pieces have another one than decode().
-const volumes = [['hex/2017_spring.mesh'], ['hex/can.vtu'], ['tet/hand.mesh', '--any-order'], ['tet/post.vtk'],
-  ['mixed/mesh_brick_pyra_ffd.su2', '--any-order'], ['mixed/AngularSector.vtk']];
 const rising = numbers => [...numbers].sort((a, b) => a - b);
 
 test('the surface of a volume is the faces that one solid has, with the values of points and cells', async () => {
-  for (const [volume, ...options] of volumes) {
+  for (const [volume, ...options] of streams) {
     const file = await MeshFile.open(readFileSync(compressed(volume, ...options)));
     const whole = await file.decode(), surface = await file.surface(), boundary = boundaryOf(whole);
     const cells = boundary.flatMap(({points, cell}) => Array(points.length - 2).fill(cell));
@@ -421,7 +417,7 @@ test('steps are read from the ends of the mesh and of each step, and where the e
 });
 
 test('files without steps have none', async () => {
-  for (const [mesh, ...options] of [['hex/can.vtu'], ['tri/bear.off'], ['tri/bear.off', '--mode', 'random']]) {
+  for (const [mesh, ...options] of [[can.mesh], [bear], [bear, '--mode', 'random']]) {
     const file = await MeshFile.open(readFileSync(compressed(mesh, ...options)));
     assert.deepEqual(await file.readSteps(), [], mesh);
     file.close();
@@ -429,7 +425,7 @@ test('files without steps have none', async () => {
 });
 
 test('pieces of a volume are the volume', async () => {
-  for (const [volume, ...options] of volumes) {
+  for (const [volume, ...options] of streams) {
     const file = await MeshFile.open(readFileSync(compressed(volume, ...options)));
     const whole = await file.decode(), positions = new whole.positions.constructor(whole.positions.length);
     const types = [], connectivity = [];
@@ -472,7 +468,7 @@ function slowFile(bytes, size = bytes.length) {
 }
 
 test('all charts of a region are asked for at once', async () => {
-  const source = slowFile(readFileSync(compressed('tri/stanford-bunny.obj', '--mode', 'random')));
+  const source = slowFile(readFileSync(compressed(bunny, '--mode', 'random')));
   const file = await MeshFile.open(source), {centre, radius} = file.sphere;
   const before = source.rounds, reads = source.reads.length;
   await file.extract({box: {low: centre.map(x => x - radius), high: centre}});
@@ -483,7 +479,7 @@ test('all charts of a region are asked for at once', async () => {
 });
 
 test('a volume is read a part at a time, each part once', async () => {
-  const bytes = readFileSync(compressed('hex/can.vtu'));
+  const bytes = readFileSync(compressed(can.mesh));
   const source = slowFile(bytes), file = await MeshFile.open(source, {cacheBytes: 0});
   await file.surface();
   const sorted = source.reads.slice(2).sort((a, b) => a[0] - b[0]);
@@ -494,12 +490,12 @@ test('a volume is read a part at a time, each part once', async () => {
 
 test('a file far above 4 GB opens, and places in it are exact', async () => {
   const size = 6 * 2 ** 40 + 12345;
-  const random = slowFile(readFileSync(compressed('tri/bear.off', '--mode', 'random')), size);
+  const random = slowFile(readFileSync(compressed(bear, '--mode', 'random')), size);
   const file = await MeshFile.open(random), [chart] = await file.select();
   assert.ok((await file.decodeNode(chart)).triangles.length > 0);
   file.close();
   // Of a file of mode single the end is read first, if it is no small one, packed.
-  const single = slowFile(readFileSync(compressed('tri/armadillo.obj')), size), controller = new AbortController();
+  const single = slowFile(readFileSync(compressed(scan)), size), controller = new AbortController();
   const whole = await MeshFile.open(single);
   const asked = new Promise(resolve => {
     const {readAt} = single;
@@ -518,14 +514,14 @@ test('a file far above 4 GB opens, and places in it are exact', async () => {
 });
 
 test('what takes more memory than allowed is refused', async () => {
-  const file = await MeshFile.open(readFileSync(compressed('tri/bear.off')), {meshBytes: 1000});
+  const file = await MeshFile.open(readFileSync(compressed(bear)), {meshBytes: 1000});
   await assert.rejects(file.decode(), {code: ErrorCode.memory});
   file.close();
 });
 
 test('the small decoder hands over to the other one where a file needs it', async () => {
   for (const options of [['-9'], ['-9', '--mode', 'random']]) {
-    const file = await MeshFile.open(readFileSync(compressed('tri/bear.off', ...options)));
+    const file = await MeshFile.open(readFileSync(compressed(bear, ...options)));
     assert.ok((await file.decode()).blocks[0].connectivity.length > 0);
     file.close();
   }

@@ -5,12 +5,11 @@ import {mkdtempSync, readFileSync, rmSync} from 'node:fs';
 import {tmpdir} from 'node:os';
 import path from 'node:path';
 import {after, test} from 'node:test';
-import {fileURLToPath} from 'node:url';
 
 import {boundaryOf} from './boundary.js';
+import {bear, can, hasTwins, long, manyMixed, pathOf, root, volumes} from './meshes.js';
 import {decode, ErrorCode, MeshFile} from '../src/maille.js';
 
-const root = fileURLToPath(new URL('../..', import.meta.url));
 const build = process.env.MAILLE_BUILD ?? path.join(root, 'build/release');
 const maille = path.join(build, 'tool/maille');
 const folder = mkdtempSync(path.join(tmpdir(), 'maille-volume-'));
@@ -18,7 +17,7 @@ after(() => rmSync(folder, {recursive: true}));
 
 function compressed(mesh, ...options) {
   const file = path.join(folder, `${path.basename(mesh)}${options.join('')}.maille`);
-  execFileSync(maille, ['compress', '-q', '-f', ...options, path.join(root, 'build/data', mesh), file]);
+  execFileSync(maille, ['compress', '-q', '-f', ...options, pathOf(mesh), file]);
   return file;
 }
 /** What a verb of the command writes, as a mesh. */
@@ -60,7 +59,7 @@ function drawnTriangles({positions, triangles, arrays}) {
   return sorted(all);
 }
 
-const volumes = [['hex/can.vtu', 500], ['tet/raptorTetra_19409.vtu', 3000], ['mixed/AngularSector.vtk', 1500], ['mixed/notch_disp.vtu', 400]];
+const canInPieces = () => compressed(can.mesh, '--pieces', String(can.pieces));
 
 test('a slice is what `maille slice` gives of the same file, in pieces or not', async () => {
   for (const [mesh, cells] of volumes) {
@@ -81,24 +80,24 @@ test('a slice is what `maille slice` gives of the same file, in pieces or not', 
 });
 
 test('a slice has the numbers of its cells, and the arrays that are asked for', async () => {
-  const file = await MeshFile.open(readFileSync(compressed('hex/can.vtu', '--pieces', '500')));
+  const file = await MeshFile.open(readFileSync(canInPieces()));
   const whole = await file.decode(), offset = -middleOf(file.info.volume.box)[1];
-  const own = await file.slice({normal: [0, 1, 0], offset}, {arrays: ['EQPS']});
-  assert.deepEqual(own.arrays.map(({name}) => name), ['EQPS']);
-  const {values} = whole.arrays.find(({name}) => name === 'EQPS');
+  const own = await file.slice({normal: [0, 1, 0], offset}, {arrays: [can.scalar]});
+  assert.deepEqual(own.arrays.map(({name}) => name), [can.scalar]);
+  const {values} = whole.arrays.find(({name}) => name === can.scalar);
   assert.deepEqual([...own.arrays[0].values], Array.from(own.cells, cell => values[cell]));
-  await assert.rejects(file.slice({normal: [0, 1, 0], offset}, {arrays: ['EQP']}), {code: ErrorCode.usage, message: /no array named "EQP"/});
+  await assert.rejects(file.slice({normal: [0, 1, 0], offset}, {arrays: ['none']}), {code: ErrorCode.usage, message: /no array named "none"/});
   file.close();
 });
 
 test('cells of a query are those that `maille extract` gives, bit for bit', async () => {
-  const packed = compressed('hex/can.vtu', '--pieces', '500'), file = await MeshFile.open(readFileSync(packed));
-  const {box: {low, high}} = file.info.volume, middle = middleOf({low, high});
+  const packed = canInPieces(), file = await MeshFile.open(readFileSync(packed));
+  const {box: {low, high}} = file.info.volume, middle = middleOf({low, high}), {scalar, least, vector, most, reach, other} = can;
   for (const [request, ...options] of [
     [{box: {low, high: middle}}, `--box=${[...low, ...middle]}`],
-    [{where: [{array: 'EQPS', low: 1}]}, '--where', 'EQPS >= 1'],
-    [{where: [{array: 'DISPL', component: 2, high: -10}], sphere: {centre: middle, radius: 8}}, '--where', 'DISPL[2] <= -10', `--sphere=${[...middle, 8]}`],
-    [{plane: {normal: [1, 0, 0], offset: -middle[0]}, arrays: ['VEL']}, `--plane=${[...middle, 1, 0, 0]}`, '--arrays', 'VEL'],
+    [{where: [{array: scalar, low: least}]}, '--where', `${scalar} >= ${least}`],
+    [{where: [{array: vector, component: 2, high: most}], sphere: {centre: middle, radius: reach}}, '--where', `${vector}[2] <= ${most}`, `--sphere=${[...middle, reach]}`],
+    [{plane: {normal: [1, 0, 0], offset: -middle[0]}, arrays: [other]}, `--plane=${[...middle, 1, 0, 0]}`, '--arrays', other],
     [{cells: [1000, 1200]}, '--cells', '1000:1200'],
   ]) {
     const own = await file.extract(request), expected = await native('extract', packed, ...options), what = JSON.stringify(request);
@@ -106,6 +105,7 @@ test('cells of a query are those that `maille extract` gives, bit for bit', asyn
     assert.deepEqual(own.blocks.map(({connectivity}) => connectivity), expected.blocks.map(({connectivity}) => connectivity), what);
     assert.deepEqual(ofElements(own.arrays).map(({values}) => values), ofElements(expected.arrays).map(({values}) => values), what);
     assert.equal(own.cellNumbers.length * 8, own.blocks[0].connectivity.length);
+    assert.ok(own.cellNumbers.length > 0, what);
     const selected = await file.select(request);
     assert.equal(own.pieces, selected.length);
     assert.equal(own.cellsRead, selected.reduce((sum, {cells}) => sum + cells, 0));
@@ -123,7 +123,7 @@ function numbered(triangles) {
 }
 
 test('the surface of a volume in pieces is the faces that one solid has, with the values of points and cells', async () => {
-  for (const [mesh, cells] of [...volumes.slice(0, 3), ['mixed/mesh_brick_pyra_ffd.su2', 4000]]) {
+  for (const [mesh, cells] of [...volumes.slice(0, 3), manyMixed]) {
     const file = await MeshFile.open(readFileSync(compressed(mesh, '--pieces', String(cells))));
     const whole = await file.decode(), surface = await file.surface();
     const own = Array.from(surface.cells, (cell, i) => [cell, ...[0, 1, 2].map(k => surface.points[surface.triangles[3 * i + k]])]);
@@ -140,7 +140,7 @@ test('the surface of a volume in pieces is the faces that one solid has, with th
 
 test('without the order of the input the surface has as many faces, and slices as many polygons', async () => {
   // Faces of other points at the same place are taken for the same: all but a mesh with such.
-  for (const [mesh, cells] of volumes.filter(([mesh]) => mesh !== 'mixed/AngularSector.vtk')) {
+  for (const [mesh, cells] of volumes.filter(([mesh]) => !hasTwins(mesh))) {
     const [whole, pieces] = await Promise.all(['off', String(cells)].map(async option => {
       const file = await MeshFile.open(readFileSync(compressed(mesh, '--any-order', '--pieces', option)));
       const middle = middleOf((await MeshFile.open(readFileSync(compressed(mesh, '--pieces', String(cells))))).info.volume.box);
@@ -153,7 +153,7 @@ test('without the order of the input the surface has as many faces, and slices a
 });
 
 test('the coarse level is that of `maille extract --coarse`, of the index alone', async () => {
-  const packed = compressed('hex/can.vtu', '--pieces', '500'), bytes = readFileSync(packed), {asked, fetch} = server(bytes);
+  const packed = canInPieces(), bytes = readFileSync(packed), {asked, fetch} = server(bytes);
   const file = await MeshFile.open('http://localhost/x.maille', {fetch}), opened = asked.length;
   const own = await file.coarse(), expected = await native('extract', packed, '--coarse');
   assert.equal(asked.length, opened);
@@ -177,8 +177,7 @@ function server(bytes) {
 }
 
 test('a distant volume is opened with two requests, and a plane fetches the pieces that it meets, once', async () => {
-  // 12 pieces, 0.3 MB.
-  const bytes = readFileSync(compressed('hex/2016_fertility-hex.mesh', '--pieces', '1000')), {asked, fetch} = server(bytes);
+  const [mesh, cells] = long, bytes = readFileSync(compressed(mesh, '--pieces', String(cells))), {asked, fetch} = server(bytes);
   const file = await MeshFile.open('http://localhost/x.maille', {fetch, cacheBytes: 0});
   assert.ok(asked.length <= 2, `${asked}`);
   const {box, pieces} = file.info.volume, plane = {normal: [1, 0, 0], offset: -(0.9 * box.low[0] + 0.1 * box.high[0])};
@@ -196,7 +195,7 @@ test('a distant volume is opened with two requests, and a plane fetches the piec
 });
 
 test('pieces are given back where memory for them is little, and slices are the same', async () => {
-  const bytes = readFileSync(compressed('hex/can.vtu', '--pieces', '500'));
+  const bytes = readFileSync(canInPieces());
   const slices = await Promise.all([undefined, 1].map(async pieceBytes => {
     const file = await MeshFile.open(bytes, {pieceBytes}), [x] = middleOf(file.info.volume.box), slices = [];
     for (const offset of [x, x + 1, x]) slices.push(drawnTriangles(await file.slice({normal: [1, 0, 0], offset: -offset})));
@@ -207,7 +206,7 @@ test('pieces are given back where memory for them is little, and slices are the 
 });
 
 test('a damaged piece is named, and the others are sliced', async () => {
-  const packed = compressed('hex/can.vtu', '--pieces', '500'), bytes = readFileSync(packed), good = await MeshFile.open(bytes);
+  const packed = canInPieces(), bytes = readFileSync(packed), good = await MeshFile.open(bytes);
   const plane = {normal: [0, 1, 0], offset: -middleOf(good.info.volume.box)[1]}, whole = await good.slice(plane);
   // Pieces stand one behind the other, behind a description.
   const hurt = Buffer.from(bytes), [{piece}] = await good.select({plane});
@@ -224,7 +223,7 @@ test('a damaged piece is named, and the others are sliced', async () => {
 });
 
 test('a slice that is no longer wanted ends, and the file stays usable', async () => {
-  const file = await MeshFile.open(readFileSync(compressed('hex/can.vtu', '--pieces', '500')));
+  const file = await MeshFile.open(readFileSync(canInPieces()));
   const plane = {normal: [0, 1, 0], offset: -middleOf(file.info.volume.box)[1]}, controller = new AbortController();
   const slicing = assert.rejects(file.slice(plane, {signal: controller.signal, onProgress: () => controller.abort()}), {name: 'AbortError'});
   await slicing;
@@ -234,7 +233,7 @@ test('a slice that is no longer wanted ends, and the file stays usable', async (
 });
 
 test('files of other modes have no slices, which is told', async () => {
-  const file = await MeshFile.open(readFileSync(compressed('tri/bear.off')));
+  const file = await MeshFile.open(readFileSync(compressed(bear)));
   await assert.rejects(file.slice({normal: [0, 0, 1], offset: 0}), {code: ErrorCode.usage, message: /read in parts/});
   file.close();
 });

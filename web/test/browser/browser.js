@@ -64,3 +64,12 @@ export function serve(...words) {
 export async function settle(page) {
   await page.waitForFunction(() => window.viewer?.model && window.viewer.done, null, {timeout: PATIENCE, polling: 100});
 }
+
+/** Waits until what was changed last is in the picture, drawn as it is when the camera rests. */
+export async function drawn(page) {
+  const isDrawn = () => {
+    const {stage} = window.viewer ?? document.querySelector('maille-viewer');
+    return stage.drawn > 0 && !stage.changed && stage.resting && !stage.rough;
+  };
+  await page.waitForFunction(isDrawn, null, {timeout: PATIENCE, polling: 100});
+}

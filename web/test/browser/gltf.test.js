@@ -5,6 +5,7 @@ import {copyFileSync, mkdirSync} from 'node:fs';
 import path from 'node:path';
 import {after, before, test} from 'node:test';
 
+import {models, pathOf} from '../meshes.js';
 import {chromium, launch, maille, newPage, root, screenshot, serve} from './browser.js';
 
 const skip = chromium ? false : 'chromium is missing: scripts/setup web';
@@ -14,8 +15,8 @@ let browser, server, page;
 before(async () => {
   if (skip) return;
   mkdirSync(folder, {recursive: true});
-  for (const name of ['usd-shaderball-ball', 'scallop']) {
-    const original = path.join(root, 'build/data/textured', `${name}.glb`);
+  for (const model of models) {
+    const original = pathOf(model), name = path.basename(model, '.glb');
     copyFileSync(original, path.join(folder, `${name}.glb`));
     execFileSync(maille, ['compress', '-q', '-f', original, path.join(folder, `${name}.maille.glb`)]);
     execFileSync(maille, ['compress', '-q', '-f', '-9', '--for', 'web', original, path.join(folder, `${name}.lossy.maille.glb`)]);
@@ -40,7 +41,7 @@ function different(a, b) {
   return count / (a.length / 4);
 }
 
-for (const name of ['usd-shaderball-ball', 'scallop']) {
+for (const name of models.map(model => path.basename(model, '.glb'))) {
   test(`${name}: the same scene and picture`, {skip}, async () => {
     const original = await show(`/build/web/${name}.glb`), exact = await show(`/build/web/${name}.maille.glb`);
     await screenshot(page, `gltf-${name}`);

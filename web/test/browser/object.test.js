@@ -6,6 +6,7 @@ import {mkdirSync, readFileSync, writeFileSync} from 'node:fs';
 import path from 'node:path';
 import {after, before, test} from 'node:test';
 
+import {bear, can, painted, pathOf, quads, scan} from '../meshes.js';
 import {chromium, launch, maille, newPage, root, screenshot, serve} from './browser.js';
 
 const skip = chromium ? false : 'chromium is missing: scripts/setup web';
@@ -15,9 +16,9 @@ let browser, server, page;
 before(async () => {
   if (skip) return;
   mkdirSync(folder, {recursive: true});
-  for (const [mesh, name, ...options] of [['tri/armadillo.obj', 'armadillo', '--mode', 'random', '--bits', '14'], ['tri/bear.off', 'bear'],
-    ['poly/fertility_quad.off', 'quads', '--mode', 'random'], ['textured/bunny10k_textured.ply', 'textured'], ['hex/can.vtu', 'can']])
-    execFileSync(maille, ['compress', '-q', '-f', ...options, path.join(root, 'build/data', mesh), path.join(folder, `${name}.maille`)]);
+  for (const [mesh, name, ...options] of [[scan, 'armadillo', '--mode', 'random', '--bits', '14'], [bear, 'bear'], [quads, 'quads', '--mode', 'random'], [painted, 'textured'],
+    [can.mesh, 'can']])
+    execFileSync(maille, ['compress', '-q', '-f', ...options, pathOf(mesh), path.join(folder, `${name}.maille`)]);
   browser = await launch();
   server = await serve('serve', '--quiet', '--port', '0', root);
   page = await newPage(browser, {width: 640, height: 480});
@@ -46,7 +47,7 @@ test('the loader gives geometry of every mode, with progress', {skip}, async () 
     }
     return found;
   });
-  const [, faces] = readFileSync(path.join(root, 'build/data/tri/bear.off'), 'utf8').split('\n')[1].split(' ').map(Number);
+  const [, faces] = readFileSync(pathOf(bear), 'utf8').split('\n')[1].split(' ').map(Number);
   assert.equal(loaded.bear.triangles, faces);
   for (const {triangles, inside, size} of Object.values(loaded)) assert.ok(triangles > 0 && inside && size > 1000);
   assert.ok(loaded.textured.attributes.includes('uv'), String(loaded.textured.attributes));
