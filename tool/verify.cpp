@@ -106,6 +106,15 @@ Json json_of(const Verdict& verdict, const VerifyOptions& options) {
   return json;
 }
 
+/// The step of a series whose values the mesh itself has: of its time, where the file tells it, else the one
+/// that compress takes, the first file or the last step of a single one.
+SeriesEntry own_entry(const std::vector<SeriesEntry>& series, const FileInfo& info) {
+  const auto same = std::find_if(series.begin(), series.end(),
+                                 [&](const SeriesEntry& entry) { return info.time == entry.time; });
+  if (same != series.end()) return *same;
+  return is_regular(series.front().path) && series.front().step ? series.back() : series.front();
+}
+
 /// Checksums come first, because they name every damaged chunk while decoding stops at the first one.
 Result<Verdict> judge_whole(const Input& input, const VerifyOptions& options) {
   Verdict verdict;
@@ -126,12 +135,11 @@ Result<Verdict> judge_whole(const Input& input, const VerifyOptions& options) {
   if (options.original.empty()) return verdict;
   const bool of_times = is_series(options.original);
   const auto series = of_times ? TOOL_TRY(read_series(options.original)) : std::vector<SeriesEntry>();
-  const std::string first = series.empty() ? options.original : series.front().path;
-  Input original = TOOL_TRY(open_input(first, options.original_format));
-  // The mesh of a file with several steps comes with its last one, as compress takes it.
-  if (!series.empty() && is_regular(first)) original.step = series.back().step;
-  const LoadedMesh loaded = TOOL_TRY(load(original, options.common, progress));
   const FileInfo info = TOOL_TRY(inspect(*input.source));
+  const SeriesEntry own = series.empty() ? SeriesEntry{options.original} : own_entry(series, info);
+  Input original = TOOL_TRY(open_input(own.path, options.original_format));
+  if (is_regular(own.path)) original.step = own.step;
+  const LoadedMesh loaded = TOOL_TRY(load(original, options.common, progress));
   TOOL_CHECK(hold_against(loaded.mesh, decoded, info, options.common, verdict));
   verdict.steps = series.size();
   if (of_times && verdict.same)
