@@ -74,7 +74,7 @@ Result<uint64_t> step_of(const DecompressOptions& options, const Source& source)
   if (times.empty())
     return failure(ErrorCode::usage,
                    fmt::format("{}: has no steps of time; leave out --time", source.name()));
-  const std::string named = fmt::format("{}", fmt::join(times, ", "));
+  const std::string named = fmt::format("{:.12g}", fmt::join(times, ", "));
   return failure(ErrorCode::usage,
                  fmt::format("{}: has no step at time {}; {}", source.name(), *options.time,
                              all ? "it has: " + named

@@ -78,3 +78,9 @@ maille append flow.maille loaded.vtk --time 7 | sed 's/,.*//'
 # Steps and components that cannot be.
 try maille extract -q flow.maille none.vtu --where 'p > 5' --step -1
 try maille extract -q flow.maille none.vtu --where 'p[1] > 5' --step 2
+# Solvers add up their steps of time: shown and found as the time that is meant.
+maille compress -q flow_0.vtk sums.maille
+maille append -q sums.maille flow_3.vtk --time 0.30000000000000004
+maille info sums.maille | grep -c ' 0\.3 '
+maille decompress -q -f sums.maille last.vtu --time 0.3
+try maille decompress -f sums.maille last.vtu --time 9
