@@ -10,8 +10,9 @@ uint64_t default_mesh_bytes();
 /// What a caller allows a decoder or reader to use. Reaching a limit is an error (memory_bound), never a
 /// crash.
 struct Limits {
-  /// Bytes of decoded mesh. The default is below what the machine has, so that a file of few bytes that
-  /// decodes to a mesh without end is an error before the machine stands still.
+  /// Bytes of decoded mesh; in mode stream with what its decoder keeps: points that are used again, the cells
+  /// around them, models of arrays. The default is below what the machine has, so that a file of few bytes
+  /// that decodes to a mesh without end is an error before the machine stands still.
   uint64_t mesh_bytes = default_mesh_bytes();
 };
 

@@ -292,6 +292,9 @@ class StreamReader {
   /// came before it is whole, and nothing comes after it. After an error of kind `network`, which only a
   /// ByteStream gives, the same portion can be asked for again.
   [[nodiscard]] Result<bool> next(StreamPortion& portion);
+  /// What the reader keeps in memory now, in bytes: the points that are used again, with their values, and
+  /// models. Reaching limits.mesh_bytes is the error memory_bound.
+  uint64_t memory() const;
 
  private:
   class Implementation;

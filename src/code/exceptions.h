@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "base/held_bytes.h"
 #include "entropy/bit_model.h"
 
 namespace maille {
@@ -55,6 +56,8 @@ class Exceptions {
     known_ = read;
     return read;
   }
+
+  uint64_t bytes() const { return bytes_held(states_); }
 
  private:
   bool state_of(size_t place) const { return place < states_.size() && states_[place] != 0; }

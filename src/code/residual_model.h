@@ -33,7 +33,9 @@ class ResidualModel {
   static constexpr unsigned components =
       3;  ///< with models of their own; further ones share those of the last
 
-  ResidualModel() : length_(components * expected_classes * spread_classes), head_(components * (Bits + 1)) {}
+  /// `of`: how many components there are, not above `components`.
+  explicit ResidualModel(unsigned of = components)
+      : length_(of * expected_classes * spread_classes), head_(of * (Bits + 1)) {}
 
   /// Lengths from a little below the expected one are symbols; others are escaped and raw. Fifteen lengths
   /// from seven octaves below what was expected on: a residual is seldom longer than seven octaves above, and

@@ -22,7 +22,7 @@ class RepeatCandidates {
   static constexpr unsigned first_entry = 10;
   using Logits = std::array<SignedLanes, kinds / 4>;
 
-  RepeatCandidates() : cells_((first_entry * fits * 8 + (kinds - first_entry) * entry_places) * types) {}
+  RepeatCandidates() : cells_(first_entry * fits * 8 * types) {}
 
   void begin_number() {
     count_ = 0;
@@ -36,6 +36,9 @@ class RepeatCandidates {
   /// `around`: 0 to 31.
   void add_entry(unsigned kind, Wide code, unsigned around, unsigned sharpness, unsigned part) {
     const unsigned place = (around * 8 + sharpness) * 8 + part;
+    // Made with the first one: few meshes have dictionaries, and arrays of a stream never do.
+    constexpr size_t all = (first_entry * fits * 8 + (kinds - first_entry) * entry_places) * types;
+    if (cells_.size() < all) cells_.resize(all);
     add_at(kind, code, first_entry * fits * 8 + (kind - first_entry) * entry_places + place);
   }
 

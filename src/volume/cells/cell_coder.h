@@ -104,6 +104,12 @@ class CellCoder {
   /// Slots of points that left memory are free again: between blocks.
   void end_block() { hull_.free_points(); }
   const Hull& hull() const { return hull_; }
+  /// Decoder: what the points and cells in memory take, while so many cells of corners all new come in.
+  uint64_t bytes(uint64_t cells) const {
+    const uint64_t faces = faces_ ? faces_->bytes() : 0, gates = gates_ ? gates_->bytes() : 0;
+    return hull_.bytes(cells * most_corners, cells) + table_.bytes() + bytes_held(dense_) +
+           bytes_held(joined_places_) + bytes_held(extra_) + faces + gates;
+  }
   /// Encoder: is the point with the caller's number in memory?
   bool is_alive(uint64_t number) { return slot_of_input(number, 0) != no_slot; }
 

@@ -43,6 +43,7 @@ class FaceCoder {
   /// Encoder: does a polygon with these points lie on an open face of a polyhedron in memory?
   bool lies_on_face(Host& host, std::span<const uint64_t> numbers);
   FaceStore& store() { return store_; }
+  uint64_t bytes() const { return store_.bytes() + bytes_held(met_) + bytes_held(final_); }
   /// A cell of the hull came: its open faces close those of polyhedra that they lie on.
   void close_under(Host& host, uint32_t cell);
 

@@ -109,6 +109,10 @@ class FaceStore {
   uint32_t next_below() const { return next_below_ != no_slot ? next_below_ : first_open_; }
   void set_next_below(uint32_t id) { next_below_ = faces_[id].after; }
 
+  uint64_t bytes() const {
+    return bytes_held(faces_) + bytes_held(corners_) + bytes_held(heads_) + bytes_held(faces_of_cell_);
+  }
+
  private:
   // Chosen with the first version (032247f), no sweep is on record: with 0 one cell out of order loses the
   // face for good, with many the four questions are spent on border faces. Part of the format.

@@ -118,6 +118,8 @@ class Gates {
     count_at(hull, face, ~0u);
   }
 
+  uint64_t bytes() const { return bytes_held(cells_) + bytes_held(at_point_) + bytes_held(waiting_); }
+
  private:
   /// Edge i of a glued face lies on edge turn - i of the one across, modulo their size, as faces of
   /// neighbours run in opposite directions; from `mirrored` on, on edge turn - mirrored + i.

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/held_bytes.h"
 #include "code/most_around.h"
 #include "volume/cells/cell_shape.h"
 #include "volume/cells/point_table.h"
@@ -243,6 +244,12 @@ class Hull {
   /// How many are in memory: what a file's end tells as the largest number in use.
   uint32_t live_points() const { return point_slots_.taken(); }
   uint32_t live_cells() const { return cell_slots_.taken(); }
+  /// What it takes while so many points and cells more come in, in bytes.
+  uint64_t bytes(uint64_t points, uint64_t cells) const {
+    points += point_capacity();
+    return bytes_to_hold(points_, points) + bytes_to_hold(first_, points * block_size) +
+           bytes_to_hold(cells_, cell_capacity() + cells) + bytes_held(more_) + bytes_held(before_);
+  }
   /// All slots are below: how large tables by slot have to be.
   uint32_t point_capacity() const { return point_slots_.capacity(); }
   uint32_t cell_capacity() const { return cell_slots_.capacity(); }

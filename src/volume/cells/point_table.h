@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/hash.h"
+#include "base/held_bytes.h"
 
 namespace maille {
 
@@ -45,6 +46,8 @@ class PointTable {
     if (--pages_[page].used == 0) [[unlikely]]
       remove_page(page);
   }
+
+  uint64_t bytes() const { return bytes_held(table_) + bytes_held(pages_) + bytes_held(unused_); }
 
  private:
   static constexpr uint64_t per_page = 8;

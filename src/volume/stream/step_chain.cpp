@@ -147,6 +147,12 @@ void ValueChain::begin_empty_batch() {
   }
 }
 
+uint64_t ValueChain::grown_bytes(uint64_t points, uint64_t cells) const {
+  uint64_t bytes = bytes_held(differences_);
+  for (const Link& link : links_) bytes += link.stage.grown_bytes(points, cells) + bytes_held(link.bytes);
+  return bytes;
+}
+
 bool ValueChain::is_placed() const {
   return std::any_of(links_.begin(), links_.end(), [](const Link& link) { return link.stage.is_placed(); });
 }

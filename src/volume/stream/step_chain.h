@@ -61,8 +61,10 @@ class ValueChain {
   size_t tuple_size() const { return size_of(type_) * components_; }
   /// The array of the mesh that all begins with, counted from 1; 0: none.
   size_t mesh_array() const { return links_.front().step == 0 ? links_.front().array + 1 : 0; }
-  /// What the coders take before they have met any number.
+  /// What the coders take at most before they have met any number.
   uint64_t coder_bytes() const { return coder_bytes_; }
+  /// What came to that, while numbers of so many slots of points or cells are kept.
+  uint64_t grown_bytes(uint64_t points, uint64_t cells) const;
 
   /// `of_mesh`: the bytes of mesh_array() in the batch; `values`: what of_step() was given.
   Result<> begin_batch(Bytes of_mesh, const StepValues* values, uint32_t batch);

@@ -35,8 +35,9 @@ class MeshCollector {
     mesh_.metadata = description.metadata;
   }
 
-  /// Appends a portion. Arrays that are not wanted are decoded and dropped. Error: memory_bound, corrupt.
-  Result<> add(const StreamPortion& portion, const std::string& name) {
+  /// Appends a portion. Arrays that are not wanted are decoded and dropped. `besides`: what the reader holds,
+  /// in bytes. Error: memory_bound, corrupt.
+  Result<> add(const StreamPortion& portion, const std::string& name, uint64_t besides) {
     size_t next_block = 0;
     const bool plain =
         portion.blocks.empty() && !mesh_.blocks.empty() && nodes_of(mesh_.blocks.back().type) != 0;
@@ -58,10 +59,10 @@ class MeshCollector {
       const auto& bytes = points ? portion.point_arrays[of_points++] : portion.cell_arrays[of_cells++];
       if (wanted_[k]) append(arrays_[k], bytes);
     }
-    if (size_ > options_.limits.mesh_bytes) {
-      return failure(ErrorCode::memory_bound, name + ": the mesh takes more than the " +
-                                                  std::to_string(options_.limits.mesh_bytes >> 20) +
-                                                  " MiB allowed");
+    if (size_ + numbers_.size() * sizeof(uint64_t) + besides > options_.limits.mesh_bytes) {
+      return failure(ErrorCode::memory_bound,
+                     name + ": the mesh, and what decoding it needs, take more than the " +
+                         std::to_string(options_.limits.mesh_bytes >> 20) + " MiB allowed");
     }
     return {};
   }
@@ -303,7 +304,8 @@ Result<std::optional<InputOrder>> input_order_of(const Source& source, const Lim
   if (!order) return std::optional<InputOrder>();
   MeshCollector collector(reader.description(), options);
   StreamPortion portion;
-  while (MAILLE_TRY(reader.next(portion))) MAILLE_CHECK(collector.add(portion, source.name()));
+  while (MAILLE_TRY(reader.next(portion)))
+    MAILLE_CHECK(collector.add(portion, source.name(), reader.memory()));
   const Mesh coded = MAILLE_TRY(collector.finish(source.name(), {}));
   std::optional<InputOrder> found = all_have_shapes(coded) ? decode_order(coded, *order) : std::nullopt;
   if (!found)
@@ -319,7 +321,9 @@ Result<Mesh> decode_stream(const Source& source, const DecodeOptions& options) {
   if (tail)
     collector.expect(
         *tail, std::min({options.limits.mesh_bytes / 2, source.size() * reserved_per_byte, most_reserved}));
-  const auto add = [&](const StreamPortion& portion) { return collector.add(portion, source.name()); };
+  const auto add = [&](const StreamPortion& portion) {
+    return collector.add(portion, source.name(), reader.memory());
+  };
   const auto cells = static_cast<double>(tail ? std::max<uint64_t>(tail->cells, 1) : 1);
   MAILLE_CHECK(for_each_portion(reader, options.executor, add, [&](const StreamPortion& portion) -> Result<> {
     const auto done = static_cast<double>(tail ? portion.first_cell + portion.cell_count() : 0);
@@ -359,7 +363,7 @@ Result<Salvaged> salvage_stream(const Source& source, const DecodeOptions& optio
     if (!more && more.error().code != ErrorCode::corrupt) return tl::unexpected(more.error());
     if (!more) salvaged.damage = more.error();
     if (!more || !*more) break;
-    MAILLE_CHECK(collector.add(portion, source.name()));
+    MAILLE_CHECK(collector.add(portion, source.name(), reader.memory()));
     if (options.progress && !options.progress({"cells", 0})) return cancelled();
   }
   if (salvaged.damage) MAILLE_CHECK(collector.close_gaps(source.name()));

@@ -1,6 +1,8 @@
 #include <maille/stream.h>
 #include <maille/version.h>
 
+#include <atomic>
+
 #include "base/result.h"
 #include "volume/stream/chunk_pull.h"
 #include "volume/stream/numbered_arrays.h"
@@ -22,6 +24,7 @@ struct Block {
   CodedCells cells;
   StreamPortion portion;
   std::vector<NodeRun> runs;  ///< not yet in the portion
+  uint32_t cell_slots = 0;    ///< so far
 };
 
 /// Empties a portion but for `connectivity` and `slots`, which are written over and cut off behind the last
@@ -53,6 +56,8 @@ class StreamReader::Implementation {
   Result<> open(std::optional<StepValues> step = {});
   const StreamDescription& description() const { return header_.description; }
   Result<bool> next(StreamPortion& portion);
+  /// May be asked while next() works.
+  uint64_t memory() const { return bytes_.load(); }
 
  private:
   // Errors name the file and the batch, which is where salvage stops.
@@ -70,7 +75,9 @@ class StreamReader::Implementation {
   uint64_t decode_alike(Block& block, uint64_t most);
   Result<> decode_cells(Block& block);
   void complete(Block& block);
-  bool prepare_values(Block& block);
+  Result<> take_memory(uint64_t& held, uint64_t wanted);
+  Result<> prepare_values(Block& block);
+  Result<> decode_values(const Block& block, size_t stage);
   size_t add_nodes(StreamPortion& portion, size_t count);
   Result<> append_cell(const StreamedCell& cell, Block& block);
   static void append_faces(const StreamedCell& cell, StreamPortion& portion);
@@ -105,6 +112,11 @@ class StreamReader::Implementation {
   size_t starts_used_ = 0;  ///< of the batch's blocks of cells
   // Of the block of cells that the current record is in.
   CellType block_type_ = CellType::mixed;
+  /// All that is in memory: models, what cells keep, what each chain of values keeps, and the portions. What
+  /// each of them takes is known to the task that works on it; the sum is what is held against the limit.
+  std::atomic<uint64_t> bytes_ = 0;
+  uint64_t model_bytes_ = 0, cell_bytes_ = 0, portion_bytes_ = 0;
+  std::vector<uint64_t> chain_bytes_;
   uint64_t batches_ = 0;
   uint64_t cells_seen_ = 0, points_seen_ = 0;
   bool ended_ = false;
@@ -137,10 +149,7 @@ Result<> StreamReader::Implementation::open(std::optional<StepValues> step) {
   // Added up before any coder is made, as a description of a few bytes can name thousands of arrays.
   uint64_t models = tuple_coder_bytes(header_.positions());
   for (size_t i = 0; i < domains_.size() && !step; ++i) models += tuple_coder_bytes(header_.array(i));
-  if (models > options_.limits.mesh_bytes) {
-    return failure(ErrorCode::memory_bound,
-                   pull_.name() + ": the models of the arrays take more memory than allowed");
-  }
+  MAILLE_CHECK(take_memory(model_bytes_, models));
   coder_.emplace(header_.mixing, !header_.description.any_order);
   if (header_.gated) coder_->use_gates(nullptr);
   // By stream of the mesh, positions first, also where a step takes only some of them: the streams of a batch
@@ -152,6 +161,7 @@ Result<> StreamReader::Implementation::open(std::optional<StepValues> step) {
   } else {
     for (size_t i = 0; i < domains_.size(); ++i) chains_.push_back(ValueChain::of_mesh(header_, i));
   }
+  chain_bytes_.resize(chains_.size());
   // Where the order stands apart the numbers of elements are known only when it was restored
   // (MeshCollector::set_numbers()).
   if (header_.description.order_apart) return {};
@@ -230,14 +240,9 @@ Result<bool> StreamReader::Implementation::read_batch() {
 /// Takes the arrays of the step in place of the mesh's own, of which only those are read that the step needs
 /// (ValueChain::mesh_array()).
 Result<> StreamReader::Implementation::take_step(StepValues step) {
-  uint64_t models = 0;
   for (size_t i = 0; i < step.header().arrays.size(); ++i) {
     chains_.push_back(MAILLE_TRY(ValueChain::of_step(header_, step, i)));
-    models += chains_.back().coder_bytes();
-    if (models > options_.limits.mesh_bytes) {
-      return failure(ErrorCode::memory_bound,
-                     pull_.name() + ": the models of the arrays take more memory than allowed");
-    }
+    MAILLE_CHECK(take_memory(model_bytes_, model_bytes_ + chains_.back().coder_bytes()));
   }
   std::vector<NumberedArray> numbered;
   for (size_t i = 0; i < step.header().arrays.size(); ++i) {
@@ -253,6 +258,16 @@ Result<> StreamReader::Implementation::take_step(StepValues step) {
   set_time(step.header().time, header_.description.mesh_arrays);
   step_.emplace(std::move(step));
   return {};
+}
+
+/// One part of the reader's memory, of which `held` bytes are counted, comes to be of `wanted`.
+Result<> StreamReader::Implementation::take_memory(uint64_t& held, uint64_t wanted) {
+  const uint64_t all = bytes_ += wanted - held;
+  held = wanted;
+  if (all <= options_.limits.mesh_bytes) return {};
+  return failure(ErrorCode::memory_bound,
+                 pull_.name() + ": the points, cells and models that its decoder keeps take more than the " +
+                     std::to_string(options_.limits.mesh_bytes >> 20) + " MiB allowed");
 }
 
 /// Reads the values of the batch, in the order of the arrays. Arrays without tuples in the batch have no
@@ -407,6 +422,7 @@ Result<> StreamReader::Implementation::decode_cells(Block& block) {
   block.portion.first_cell = cells_seen_;
   coder_->end_block();
   const uint64_t count = std::min<uint64_t>(records_left_, cells_per_block);
+  MAILLE_CHECK(take_memory(cell_bytes_, coder_->bytes(count)));
   for (uint64_t i = 0; i < count; ++i) {
     begin_blocks(block.portion);
     const uint64_t swept = decode_alike(block, count - i);
@@ -429,6 +445,7 @@ Result<> StreamReader::Implementation::decode_cells(Block& block) {
   block.portion.slots.resize(corners_);
   points_seen_ += block.cells.points.size();
   block.portion.slot_count = coder_->hull().point_capacity();
+  block.cell_slots = coder_->hull().cell_capacity();
   return {};
 }
 
@@ -454,27 +471,41 @@ void StreamReader::Implementation::complete(Block& block) {
   portion.ended_slots = block.cells.removed;
 }
 
-/// Makes room for the values of a block. False: they take more memory than allowed. Sizes are multiplied in
-/// 64 bits: at most 2^32 tuples of 2^19 bytes.
-bool StreamReader::Implementation::prepare_values(Block& block) {
+/// Makes room for the values of a block. Sizes are multiplied in 64 bits: at most 2^32 tuples of 2^19 bytes.
+Result<> StreamReader::Implementation::prepare_values(Block& block) {
   StreamPortion& portion = block.portion;
+  const auto size_at = [&](size_t s) {
+    const bool on_points = chains_[s].domain() == Domain::point;
+    return (on_points ? block.cells.points.size() : block.cells.size()) * chains_[s].tuple_size();
+  };
+  uint64_t all = 0;
+  for (size_t s = 0; s < chains_.size(); ++s) all += size_at(s);
+  // Portions take turns, so that two of them are there.
+  MAILLE_CHECK(take_memory(portion_bytes_, 2 * all));
   size_t of_points = 0, of_cells = 0;
   tuples_.clear();
   for (size_t s = 0; s < chains_.size(); ++s) {
     const bool on_points = chains_[s].domain() == Domain::point;
-    const size_t size =
-        (on_points ? block.cells.points.size() : block.cells.size()) * chains_[s].tuple_size();
-    if (size > options_.limits.mesh_bytes) return false;
     auto& arrays = on_points ? portion.point_arrays : portion.cell_arrays;
     size_t& next = on_points ? of_points : of_cells;
     if (s > 0 && next == arrays.size()) arrays.emplace_back();
     std::vector<std::byte>& bytes = s == 0 ? portion.positions : arrays[next++];
-    bytes.resize(size);
+    bytes.resize(size_at(s));
     tuples_.push_back(bytes.data());
   }
   portion.point_arrays.resize(of_points);
   portion.cell_arrays.resize(of_cells);
-  return true;
+  return {};
+}
+
+/// The values of one chain. Its tables by slot are counted before they grow, its models afterwards: a block
+/// adds at most 2 MiB of these.
+Result<> StreamReader::Implementation::decode_values(const Block& block, size_t stage) {
+  ValueChain& chain = chains_[stage];
+  const uint64_t points = block.portion.slot_count, cells = block.cell_slots;
+  MAILLE_CHECK(take_memory(chain_bytes_[stage], chain.grown_bytes(points, cells)));
+  if (!chain.code(block.cells, places_, tuples_[stage])) return damaged("the numbers are damaged");
+  return take_memory(chain_bytes_[stage], chain.grown_bytes(0, 0));
 }
 
 /// The coded zeros of arrays of numbers become the numbers of these elements.
@@ -504,20 +535,15 @@ Result<bool> StreamReader::Implementation::next(StreamPortion& portion) {
   }
   Block& block = blocks_[ready_];
   Block& following = blocks_[1 - ready_];
-  if (!prepare_values(block)) {
-    return failure(ErrorCode::memory_bound,
-                   pull_.name() + ": some thousand tuples take more memory than allowed");
-  }
+  MAILLE_CHECK(prepare_values(block));
   // Positions come first where other values need them; they are then not part of the tasks.
   // The cells first: they take longest.
   const size_t ahead = records_left_ > 0 ? 1 : 0;
   // An error of the next cells is told only after this block's values were found whole, but before they are
   // given out.
   Result<> cells;
-  std::vector<uint8_t> whole(chains_.size());
-  const auto decode = [&](size_t stage) {
-    whole[stage] = chains_[stage].code(block.cells, places_, tuples_[stage]) ? 1 : 0;
-  };
+  std::vector<Result<>> values(chains_.size());
+  const auto decode = [&](size_t stage) { values[stage] = decode_values(block, stage); };
   const bool placed =
       std::any_of(chains_.begin(), chains_.end(), [](const ValueChain& chain) { return chain.is_placed(); });
   const size_t first = placed ? 1 : 0;
@@ -534,9 +560,7 @@ Result<bool> StreamReader::Implementation::next(StreamPortion& portion) {
       complete(block);
     }
   });
-  for (const uint8_t each : whole) {
-    if (each == 0) return damaged("the numbers are damaged");
-  }
+  for (Result<>& each : values) MAILLE_CHECK(std::move(each));
   MAILLE_CHECK(cells);
   fill_numbers(block.portion);
   std::swap(portion, block.portion);
@@ -566,6 +590,9 @@ Result<StreamReader> StreamReader::open(const Source& source, uint64_t step,
 }
 const StreamDescription& StreamReader::description() const {
   return implementation_->description();
+}
+uint64_t StreamReader::memory() const {
+  return implementation_->memory();
 }
 Result<bool> StreamReader::next(StreamPortion& portion) {
   return implementation_->next(portion);

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "support/cases.h"
+#include "support/codec.h"
 #include "volume/cells/cell_coder.h"
 #include "volume/testing.h"
 
@@ -303,6 +304,65 @@ TEST(Stream, ReaderKeepsItsMemoryLimit) {
   const auto reader = StreamReader::open(std::make_unique<Trickle>(bytes), options);
   ASSERT_FALSE(reader);
   EXPECT_EQ(reader.error().code, ErrorCode::memory_bound);
+}
+
+/// Cells that come once more behind all others: each point is in memory from its first use to the end.
+Mesh grid_twice() {
+  Mesh mesh = grid(20, 20, 40);
+  auto& corners = mesh.blocks[0].connectivity;
+  const std::vector<uint32_t> once(corners.begin(), corners.end());
+  corners.insert(corners.end(), once.begin(), once.end());
+  return mesh;
+}
+
+// 16,000 cells keep a line of 64 bytes each, and 18,081 points about as much, in a mesh of 1.2 MB.
+TEST(Stream, WhatTheReaderKeepsCountsAgainstItsLimit) {
+  const auto encoded = encode_bytes(grid_twice(), kept());
+  ASSERT_TRUE(encoded) << encoded.error().message;
+  const auto source = memory_source(Bytes(encoded->bytes));
+  auto reader = StreamReader::open(*source, 0);
+  ASSERT_TRUE(reader);
+  StreamPortion portion;
+  uint64_t most = 0;
+  while (reader->next(portion).value()) most = std::max(most, reader->memory());
+  EXPECT_GT(most, uint64_t{2} << 20);
+  EXPECT_LT(most, uint64_t{16} << 20);
+  DecodeOptions options;
+  options.limits.mesh_bytes = uint64_t{2} << 20;
+  const auto refused = decode(*source, options);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::memory_bound);
+  options.limits.mesh_bytes = uint64_t{24} << 20;
+  EXPECT_TRUE(decode(*source, options));
+}
+
+/// One cell with many arrays.
+Mesh with_arrays(unsigned count) {
+  Mesh mesh = grid(1, 1, 1);
+  for (unsigned i = 0; i < count; ++i) {
+    Array array = make_array("a" + std::to_string(i), Domain::point, Scalar::f32, 1);
+    array.resize(mesh.point_count());
+    mesh.arrays.push_back(std::move(array));
+  }
+  return mesh;
+}
+
+// Models that no number has asked for are not made: an array of eight numbers takes tens of kilobytes.
+TEST(Stream, ArraysOfFewNumbersTakeLittleMemory) {
+  for (const int effort : {1, 5, 9}) {
+    EncodeOptions options = kept();
+    options.effort = effort;
+    const auto encoded = encode_bytes(with_arrays(100), options);
+    ASSERT_TRUE(encoded) << encoded.error().message;
+    DecodeOptions bounded;
+    bounded.limits.mesh_bytes = uint64_t{effort < 5 ? 8u : 64u} << 20;
+    const auto decoded = decode_bytes(encoded->bytes, bounded);
+    EXPECT_TRUE(decoded) << effort;
+    bounded.limits.mesh_bytes = uint64_t{1} << 20;
+    const auto refused = decode_bytes(encoded->bytes, bounded);
+    ASSERT_FALSE(refused) << effort;
+    EXPECT_EQ(refused.error().code, ErrorCode::memory_bound);
+  }
 }
 
 // Checksums keep accidents out, not attackers: the coder itself must take any bytes.

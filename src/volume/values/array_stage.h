@@ -18,17 +18,24 @@ class ArrayStage {
  public:
   static constexpr bool encoding = Coder::encoding;
 
-  ArrayStage(const StreamedArray& array, Domain domain)
-      : array_(array), domain_(domain), tuples_(coder_for(array)) {
+  ArrayStage(const StreamedArray& array, Domain domain) : array_(array), domain_(domain) {
     if (array.placed) planes_.emplace(array.components);
-    array_.maps.clear();  // with their tables
   }
 
   Domain domain() const { return domain_; }
   size_t tuple_size() const { return array_.tuple_size(); }
   /// Encoder: of what was coded so far.
   double largest_error() const {
-    return std::visit([](const auto& coder) { return coder.largest_error(); }, tuples_);
+    if (!tuples_) return 0;
+    return std::visit([](const auto& coder) { return coder.largest_error(); }, *tuples_);
+  }
+  /// What came to tuple_coder_bytes(), while numbers of so many slots are kept: of points or of cells, as the
+  /// domain has them.
+  uint64_t grown_bytes(uint64_t points, uint64_t cells) const {
+    const size_t slots = rows_for(static_cast<uint32_t>(domain_ == Domain::point ? points : cells));
+    uint64_t bytes = stencils_.bytes() + (planes_ ? planes_->bytes() : 0);
+    if (tuples_) bytes += std::visit([&](const auto& coder) { return coder.grown_bytes(slots); }, *tuples_);
+    return bytes;
   }
   /// A coder begins with each batch; models go on, so that a batch cannot be decoded without those before it.
   void begin_batch(Coder coder) { coder_.emplace(std::move(coder)); }
@@ -45,7 +52,11 @@ class ArrayStage {
   bool code(const CodedCells& cells, std::span<const Vector3> places, std::byte* tuples,
             const std::byte* before = nullptr) {
     if (planes_) planes_->begin_block(cells, places);
-    return std::visit([&](auto& coder) { return code_with(coder, cells, tuples, before); }, tuples_);
+    // Models are made with the first number: a description can name thousands of arrays that have none.
+    const size_t numbers = domain_ == Domain::point ? cells.points.size() : cells.size();
+    if (!tuples_ && numbers == 0) return encoding || !coder_->exhausted();
+    if (!tuples_) make_coder();
+    return std::visit([&](auto& coder) { return code_with(coder, cells, tuples, before); }, *tuples_);
   }
 
  private:
@@ -62,6 +73,11 @@ class ArrayStage {
     }
     if (wide) return TupleCoder(std::in_place_index<2>, array);
     return TupleCoder(std::in_place_index<0>, array);
+  }
+
+  void make_coder() {
+    tuples_ = coder_for(array_);
+    array_.maps.clear();  // with their tables
   }
 
   // Points: chosen with the first version (9c3132e), no sweep is on record. It changes no byte.
@@ -133,7 +149,7 @@ class ArrayStage {
   CellStencils stencils_;
   PointStencil stencil_;
   std::optional<PlaneFit> planes_;
-  TupleCoder tuples_;
+  std::optional<TupleCoder> tuples_;
   std::optional<Coder> coder_;
 };
 

@@ -12,6 +12,7 @@ class CellStencils {
  public:
   /// Of cell i of a block; each cell once, in order.
   void find(const CodedCells& cells, size_t i, PointStencil& stencil);
+  uint64_t bytes() const { return bytes_held(links_); }
 
  private:
   static constexpr unsigned axes = 3;

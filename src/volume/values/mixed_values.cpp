@@ -53,10 +53,12 @@ std::array<int32_t, inputs> initial_weights() {
 
 }  // namespace
 
-/// In bytes, rounded up: about 1 MiB of tables for all, the fits, and what each component has.
+/// In bytes, rounded up: weights, cells by bins, what came after which code, the fits, and what each
+/// component has. Most of it is made only as numbers come: an array of three takes a third.
 uint64_t mixed_coder_bytes(const StreamedArray& array) {
   const uint64_t fits = PointStencil::situations * uint64_t{array.follows ? 3500u : 1300u};
-  return (uint64_t{1} << 20) + fits + array.components * uint64_t{4000};
+  const uint64_t codes = uint64_t{array.is_wide() ? 8u : 4u} << 15;
+  return (uint64_t{288} << 10) + codes + fits + array.components * uint64_t{4000};
 }
 
 template <class Coder, unsigned Bits>
@@ -68,8 +70,8 @@ MixedValueCoder<Coder, Bits>::MixedValueCoder(const StreamedArray& array)
       places_(array.components),
       situations_(array.components),
       mixer_(scale_bins * node_types, 64 * node_types, node_types, initial_weights<inputs>()),
-      few_{std::vector<WideCell>(scale_bins * 2 * nodes), std::vector<WideCell>(scale_bins * 2 * nodes)},
-      followers_(size_t{followers} << follower_bits) {
+      few_{std::vector<std::vector<WideCell>>(scale_bins * 2),
+           std::vector<std::vector<WideCell>>(scale_bins * 2)} {
   for (const NumberMap& map : array.maps) spaces_.emplace_back(array.type, map);
   array_.maps.clear();  // with their tables
   if (array.follows) {
@@ -328,7 +330,11 @@ void MixedValueCoder<Coder, Bits>::set_scales() {
   }
   const unsigned row = size_bin_ * 2 + (mean_[0] > mean_[best] ? 1 : 0);
   const unsigned other = deviation_bin_ * 2 + (mean_[fitted] > mean_[best] ? 1 : 0);
-  few_base_ = {&few_[0][row * nodes], &few_[1][other * nodes]};
+  const auto cells = [](std::vector<WideCell>& of_bin) {
+    if (of_bin.empty()) of_bin.resize(nodes);
+    return of_bin.data();
+  };
+  few_base_ = {cells(few_[0][row]), cells(few_[1][other])};
   low_ = SignedLanes{};
   // Distribution functions at the ends of the whole range: 0 and 2^30 stand for 0 and 1.
   high_ = SignedLanes{} + (1 << 30);
@@ -350,6 +356,7 @@ void MixedValueCoder<Coder, Bits>::find_repeats(const PointStencil& stencil) {
       hashed(seed(1), near),
       hashed(hashed(seed(2), component_ > 0 ? static_cast<uint32_t>(before_[0].code) : last),
              component_ > 1 ? static_cast<uint32_t>(before_[1].code) : near)};
+  if (followers_.empty()) followers_.resize(size_t{followers} << follower_bits);
   for (unsigned i = 0; i < followers; ++i)
     follower_[i] = &followers_[(size_t{i} << follower_bits) + (hash[i] >> (32 - follower_bits))];
   add_repeat(0, *follower_[0]);

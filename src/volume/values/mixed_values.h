@@ -47,6 +47,12 @@ class MixedValueCoder {
   const std::vector<double>& places() const { return places_; }
   /// Encoder: the largest error of numbers with a bound, so far.
   double largest_error() const { return largest_error_; }
+  /// What came to mixed_coder_bytes(), while numbers of so many slots are kept.
+  uint64_t grown_bytes(size_t slots) const {
+    const uint64_t numbers = uint64_t{slots} * array_.components;
+    return exceptions_.bytes() + bytes_to_hold(values_, numbers) +
+           (array_.follows ? bytes_to_hold(known_before_, numbers) : 0);
+  }
   void prefetch(uint32_t slot) const {
     const size_t place = size_t{slot} * array_.components;
     if (place < values_.size()) __builtin_prefetch(&values_[place]);
@@ -174,12 +180,12 @@ class MixedValueCoder {
   std::vector<Fit> fits_;
   std::vector<FollowingFit> following_fits_;
   Mixer<inputs> mixer_;
-  std::array<std::vector<WideCell>, 2> few_;
+  std::array<std::vector<std::vector<WideCell>>, 2> few_;  ///< by bin and side: made when one is met
   std::array<std::array<float, scale_bins>, experts> ratios_;
   std::array<WideCell, scale_bins * 8> exact_;
   unsigned exact_hits_ = 0;
   Repeats repeats_;
-  // Codes by hashes of what came before them: two tables of 2^14, without keys.
+  // Codes by hashes of what came before them: two tables of 2^14, without keys, made when one is asked.
   std::vector<Code> followers_;
   int repeat_score_ = 0;  ///< above 0: codes come again
   uint32_t numbers_ = 0;

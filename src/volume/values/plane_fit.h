@@ -44,6 +44,7 @@ class PlaneFit {
   const double* expect_cell(const CodedCells& cells, size_t cell);
   /// The numbers of the point or cell that was asked for.
   void learn(const double* values);
+  uint64_t bytes() const { return bytes_held(points_) + bytes_held(values_); }
 
  private:
   /// Sums over the samples around a point, of where they are from it.

@@ -64,14 +64,18 @@ uint64_t tuple_coder_bytes(const StreamedArray& array) {
   const uint64_t groups = array.components == 1 ? 1 : (array.components + 2) / 3;
   const uint64_t records = PointStencil::situations * 3 * uint64_t{4};
   const uint64_t fits = array.components <= most_fitted ? most_corners * uint64_t{256} : 0;
-  return (uint64_t{256} << 10) + groups * (256 + lanes * (records + fits)) + array.components * uint64_t{64} +
-         tables;
+  // Those of residuals (ValueResiduals), of up to three components.
+  const uint64_t models = std::min<uint64_t>(array.components, 3) * (uint64_t{28} << 10);
+  return models + groups * (256 + lanes * (records + fits)) + array.components * uint64_t{64} + tables + 4096;
 }
 
 /// The maps are kept as NumberSpaces; their tables are let go of, as a table may have a million numbers.
 template <class Coder, unsigned Bits, unsigned Width>
 TupleValueCoder<Coder, Bits, Width>::TupleValueCoder(const StreamedArray& array)
-    : array_(array), number_size_(size_of(array.type)), exceptions_(array.components) {
+    : array_(array),
+      number_size_(size_of(array.type)),
+      residuals_(array.components),
+      exceptions_(array.components) {
   for (const NumberMap& map : array.maps) spaces_.emplace_back(array.type, map);
   array_.maps.clear();  // with their tables
   plain_ = Width == 4 && array.components == 3;

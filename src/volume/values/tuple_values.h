@@ -46,7 +46,7 @@ bool is_kept(const StreamedArray& array, bool logarithm, const std::byte* number
 bool keeps(const StreamedArray& array, const NumberSpace& space, const std::byte* number, int64_t code,
            double& error);
 
-/// About what a coder of the array takes before it has met any number, in bytes. A description can ask for
+/// What a coder of the array takes at most before it has met any number, in bytes. A description can ask for
 /// thousands of arrays, so readers add this up against the limit before they make any coder.
 uint64_t tuple_coder_bytes(const StreamedArray& array);
 
@@ -76,6 +76,12 @@ class TupleValueCoder {
                  std::byte* tuple) requires(Width == 4);
   /// Encoder: the largest error of numbers with a bound, so far.
   double largest_error() const { return largest_error_; }
+  /// What came to tuple_coder_bytes(), while numbers of so many slots are kept.
+  uint64_t grown_bytes(size_t slots) const {
+    uint64_t bytes = residuals_.grown_bytes() + exceptions_.bytes();
+    for (const Group& group : groups_) bytes += bytes_to_hold(group.values, slots);
+    return bytes;
+  }
   /// A hint that the value in a slot is wanted soon: those of the last layer are far away in memory.
   void prefetch(uint32_t slot) const {
     for (const Group& group : groups_) {

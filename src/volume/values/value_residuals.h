@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -18,7 +19,11 @@ namespace maille {
 template <unsigned Bits>
 class ValueResiduals {
  public:
-  ValueResiduals() : small_(components * small_classes * spreads), rows_(components * (Bits + 1)) {}
+  /// `of`: components of the tuples.
+  explicit ValueResiduals(uint32_t of = components)
+      : small_(with_models(of) * small_classes * spreads),
+        lengths_(with_models(of)),
+        rows_(with_models(of) * (Bits + 1)) {}
 
   /// What code_rest() needs: whole_value + the number of a small residual, or the number of significant bits.
   template <class Coder>
@@ -36,6 +41,9 @@ class ValueResiduals {
     const uint64_t size = (bits ^ sign) - sign;
     return lengths_.code_length(coder, bit_length(size), component, context, lane);
   }
+
+  /// What came since it was made.
+  uint64_t grown_bytes() const { return uint64_t{tails_} * tail_models * sizeof(SymbolModel); }
 
   /// The residual; `residual` is read by an encoder only, `first` is what code_first() gave. Never more than
   /// 64 bits: lengths are at most Bits.
@@ -71,9 +79,11 @@ class ValueResiduals {
     int score = 0;                        ///< above 0: tails come again
   };
 
+  static constexpr unsigned with_models(uint32_t of) { return std::min<unsigned>(of, components); }
+
   template <class Coder>
-  [[gnu::always_inline]] static int64_t code_value(Coder& coder, int64_t residual, unsigned length, Row& row,
-                                                   unsigned lane) {
+  [[gnu::always_inline]] int64_t code_value(Coder& coder, int64_t residual, unsigned length, Row& row,
+                                            unsigned lane) {
     const auto bits = static_cast<uint64_t>(residual);
     const uint64_t size = residual < 0 ? -bits : bits;
     // Sign and up to three bits below the top one.
@@ -105,9 +115,12 @@ class ValueResiduals {
 
   /// Codes four bits in the context of the head, then the rest of `count` (4 to 8) in that of both.
   template <class Coder>
-  [[gnu::noinline]] static uint64_t code_tail(Coder& coder, uint64_t bits, uint64_t value, unsigned count,
-                                              Row& row, unsigned head, unsigned lane) {
-    if (row.tail.empty()) row.tail.resize(tail_models);
+  [[gnu::noinline]] uint64_t code_tail(Coder& coder, uint64_t bits, uint64_t value, unsigned count, Row& row,
+                                       unsigned head, unsigned lane) {
+    if (row.tail.empty()) {
+      row.tail.resize(tail_models);
+      ++tails_;
+    }
     const auto wanted = static_cast<unsigned>(bits & 0xff);
     const unsigned second_bits = count - 4;
     const unsigned first = row.tail[head].code(coder, wanted >> second_bits & 15, lane);
@@ -129,6 +142,7 @@ class ValueResiduals {
   std::vector<SymbolModel> small_;
   ResidualModel<Bits> lengths_;
   std::vector<Row> rows_;  ///< by component and length
+  unsigned tails_ = 0;     ///< rows that have one
 };
 
 }  // namespace maille
