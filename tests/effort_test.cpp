@@ -68,5 +68,23 @@ TEST(Efforts, OfOtherRowsWriteOtherStreams) {
   }
 }
 
+// Effort 9 once took a thousand times the bytes of effort 5 for it.
+TEST(Efforts, OneFaceManyTimesTakesFewBytesWithEach) {
+  Mesh mesh = sphere(3, 2);
+  const std::vector<uint32_t> face = {0, 1, 2};
+  CellBlock block;
+  block.type = CellType::triangle;
+  for (unsigned i = 0; i < 20000; ++i)
+    block.connectivity.insert(block.connectivity.end(), face.begin(), face.end());
+  mesh.blocks = {block};
+  for (const Effort& row : efforts) {
+    EncodeOptions options;
+    options.effort = row.first;
+    const auto encoded = encode_bytes(mesh, options);
+    ASSERT_TRUE(encoded) << encoded.error().message;
+    EXPECT_LT(encoded->bytes.size(), 1000u) << row.first;
+  }
+}
+
 }  // namespace
 }  // namespace maille::testing
