@@ -17,7 +17,7 @@ help:
 	@echo "make test-readers  read what maille writes with VTK, meshio, gmsh, assimp and foamToVTK, and compare"
 	@echo "make test-windows  cross-compile for Windows with mingw-w64, and decode the golden files under wine"
 	@echo "make sanitize the same with the sanitizers of clang and small meshes (.ci/run does both)"
-	@echo "make check-deep every allocation and call to the system fails in turn, kills, power losses, damaged files: docs/reliability.md"
+	@echo "make check-deep every allocation and call to the system fails in turn, kills, power losses, damaged files, races, other compilers and machines: docs/reliability.md"
 	@echo "make coverage which lines of what decodes are run by tests"
 	@echo "make web      build the WebAssembly decoder and test it, its JavaScript and the viewer, under node and in Chromium"
 	@echo "make viewer   build the viewer of maille view and maille serve; make install takes it along"
