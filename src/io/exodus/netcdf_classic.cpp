@@ -6,7 +6,7 @@
 #include "io/buffered_writer.h"
 #include "io/exodus/netcdf.h"
 #include "io/reading.h"
-#include "io/vtk/vtk_xml_reader.h"
+#include "io/vtk/vtk_field_data.h"
 
 namespace maille {
 namespace {

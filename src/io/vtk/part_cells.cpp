@@ -4,7 +4,7 @@
 
 #include "base/bytes.h"
 #include "io/buffered_writer.h"
-#include "io/vtk/vtk_xml_reader.h"
+#include "io/vtk/vtk_field_data.h"
 
 namespace maille {
 

@@ -12,6 +12,7 @@
 #include "base/bytes.h"
 #include "io/base64.h"
 #include "io/buffered_writer.h"
+#include "io/vtk/vtk_field_data.h"
 
 namespace maille {
 namespace {

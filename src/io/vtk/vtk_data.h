@@ -4,7 +4,6 @@
 #include <maille/source.h>
 
 #include <initializer_list>
-#include <optional>
 #include <pugixml.hpp>
 #include <string>
 #include <string_view>
@@ -41,18 +40,11 @@ Result<VtkXml> parse_vtk_xml(Bytes bytes, std::string file, std::initializer_lis
 /// The size in memory beyond which a file of so many bytes is not believed, for Budget.
 uint64_t plausible_bytes(const VtkXml& xml, uint64_t file_bytes);
 
-/// The Scalar for VTK's name of it ("Float32"); none for a name that is no type of numbers.
-std::optional<Scalar> scalar_of_vtk(std::string_view name);
-const char* vtk_name_of(Scalar type);
-
 /// Reads one numeric DataArray: name, type, components and all its values, whose number must be a whole
 /// number of tuples. Values come in native byte order. The domain is left to the caller. `where` says which
 /// element it is, for messages. Errors: malformed_input, memory_bound.
 Result<Array> read_data_array(const VtkXml& xml, pugi::xml_node node, const std::string& where,
                               Budget& budget);
-
-/// Texts of bytes, each ended by a zero.
-std::vector<std::string> split_texts(Bytes bytes);
 
 /// The strings of a DataArray of type String, or of bytes. Errors as above.
 Result<std::vector<std::string>> read_string_array(const VtkXml& xml, pugi::xml_node node,

@@ -1,7 +1,10 @@
-// What readers and writers of VTK's formats share with those that parse no XML.
+#include "io/vtk/vtk_field_data.h"
+
 #include <maille/with_type.h>
+
+#include <utility>
+
 #include "base/bytes.h"
-#include "io/vtk/vtk_xml_reader.h"
 
 namespace maille {
 namespace {

@@ -5,8 +5,8 @@
 
 #include "io/cell_store.h"
 #include "io/token_reader.h"
+#include "io/vtk/vtk_field_data.h"
 #include "io/vtk/vtk_legacy.h"
-#include "io/vtk/vtk_xml_reader.h"
 
 namespace maille {
 

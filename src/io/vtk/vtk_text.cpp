@@ -1,7 +1,7 @@
 #include "io/vtk/vtk_text.h"
 
 #include "base/bytes.h"
-#include "io/vtk/vtk_xml_reader.h"
+#include "io/vtk/vtk_field_data.h"
 
 namespace maille {
 

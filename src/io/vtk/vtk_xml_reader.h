@@ -2,17 +2,13 @@
 
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "io/vtk/vtk_data.h"
-#include "io/vtk/vtk_text.h"
+#include "io/vtk/vtk_field_data.h"
 
 // What the readers of VTK's XML formats have in common.
 
 namespace maille {
-
-/// An integer of any type; negative ones come out above every count, so that one comparison finds them.
-uint64_t integer_at(const Array& array, size_t i);
 
 /// What an array of PointData or CellData (`data`) means: our own mark decides, else the active attributes,
 /// and bytes that are active scalars of three or four components are colours.
@@ -45,35 +41,10 @@ Result<> for_each_vtk_array(const VtkXml& xml, pugi::xml_node data, Domain domai
   return {};
 }
 
-/// What FieldData hold, until readers have taken out what they know.
-struct VtkFieldData {
-  struct Strings {
-    std::string name;
-    std::vector<std::string> values;
-    bool own = false;  ///< by our own mark: names and metadata that were no text arrays of a VTK file
-  };
-  std::vector<Array> arrays;  ///< on the mesh, or where our own mark says so, on corners
-  std::vector<Strings> strings;
-
-  /// Gives an array of role label its labels.
-  void give_labels(Array& array);
-  /// The arrays and the strings that were not given or taken to the mesh: a single string as metadata,
-  /// several as an array.
-  void move_to(Mesh& mesh, VtkTexts& texts);
-  /// Takes the array or strings of that name out.
-  std::optional<Array> take_array(const std::string& name);
-  std::vector<std::string> take_strings(const std::string& name);
-};
-
-/// The mark of texts that were no text in a VTK file. Where they are bytes, as split_texts() takes them,
-/// programs that know no text read the file, too (meshio).
-inline constexpr char vtk_own_text_mark[] = "maille_text";
+/// Whether a tag has vtk_own_text_mark, and its text is in bytes.
 bool is_own_text(const pugi::xml_node& node);
 
 /// Reads FieldData of the data set and of the file. Errors: malformed_input, memory_bound.
 Result<VtkFieldData> read_vtk_field_data(const VtkXml& xml, pugi::xml_node data_set, Budget& budget);
-
-/// Arrays that say they are on corners but have another size are kept on the mesh.
-void check_vtk_corner_arrays(Mesh& mesh, std::vector<std::string>& notes);
 
 }  // namespace maille

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "base/bytes.h"
-#include "io/vtk/vtk_xml_reader.h"
+#include "io/vtk/vtk_field_data.h"
 
 namespace maille {
 std::optional<std::string> vtk_xml_note(std::initializer_list<std::span<const Array>> arrays,

@@ -11,7 +11,6 @@
 
 #include "io/buffered_writer.h"
 #include "io/reading.h"
-#include "io/vtk/vtk_data.h"
 
 // What the writers of VTK's XML formats have in common: arrays with their tags, and the document around them.
 

@@ -13,7 +13,7 @@
 #include "io/reading.h"
 #include "io/vtk/joined_parts.h"
 #include "io/vtk/part_cells.h"
-#include "io/vtk/vtk_xml_reader.h"
+#include "io/vtk/vtk_field_data.h"
 
 namespace maille {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "base/region_file.h"
 #include "base/result.h"
-#include "io/vtk/vtk_xml_reader.h"
+#include "io/vtk/vtk_field_data.h"
 #include "io/vtk/vtk_xml_writer.h"
 #include "io/vtk/vtu.h"
 

@@ -3,7 +3,7 @@
 
 #include "base/result.h"
 #include "io/cells.h"
-#include "io/vtk/vtk_xml_reader.h"
+#include "io/vtk/vtk_field_data.h"
 #include "io/vtk/vtk_xml_writer.h"
 #include "io/vtk/vtu.h"
 
