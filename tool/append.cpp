@@ -2,6 +2,7 @@
 #include <maille/decode.h>
 #include <maille/file.h>
 #include <maille/http.h>
+#include <maille/path.h>
 #include <maille/series.h>
 #include <maille/stream.h>
 #include <maille/volume_file.h>
@@ -288,12 +289,12 @@ uint64_t bytes_of_steps(const std::vector<Step>& steps) {
   uint64_t bytes = 0;
   for (const Step& step : steps) {
     std::error_code error;
-    const bool folder = std::filesystem::is_directory(step.path, error);
-    const uint64_t size = folder ? bytes_of_folder(step.path) : std::filesystem::file_size(step.path, error);
+    const bool folder = std::filesystem::is_directory(to_path(step.path), error);
+    const uint64_t size =
+        folder ? bytes_of_folder(step.path) : std::filesystem::file_size(to_path(step.path), error);
     // Several steps may be in one file, which counts once.
     if (paths.insert(step.path).second && !error) bytes += size;
-    if (folder && paths.size() == 1)
-      bytes += bytes_of_case(std::filesystem::path(step.path).parent_path().string());
+    if (folder && paths.size() == 1) bytes += bytes_of_case(to_utf8(to_path(step.path).parent_path()));
   }
   return bytes;
 }

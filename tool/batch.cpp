@@ -1,5 +1,7 @@
 #include "batch.h"
 
+#include <maille/path.h>
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -34,7 +36,8 @@ bool is_case(const fs::path& folder) {
 }
 
 /// A folder without slashes at its end, so that it has a name.
-std::string without_slashes(std::string path) {
+std::string without_slashes(const std::string& given) {
+  std::string path = is_url(given) ? given : to_utf8(to_path(given));
   while (path.size() > 1 && path.back() == '/') path.pop_back();
   return path;
 }
@@ -44,17 +47,19 @@ std::vector<std::string> files_below(const std::string& folder,
                                      const std::function<bool(const std::string& path)>& is_wanted) {
   std::vector<std::string> found;
   std::error_code error;
-  fs::recursive_directory_iterator each(folder, fs::directory_options::skip_permission_denied, error), end;
+  fs::recursive_directory_iterator each(to_path(folder), fs::directory_options::skip_permission_denied,
+                                        error),
+      end;
   for (; !error && each != end; each.increment(error)) {
     const fs::path& path = each->path();
     const bool is_folder = each->is_directory(error);
-    if (path.filename().string().starts_with(".")) {
+    if (to_utf8(path.filename()).starts_with(".")) {
       if (is_folder) each.disable_recursion_pending();
     } else if (is_folder && is_case(path)) {
-      found.push_back(path.generic_string());
+      found.push_back(to_utf8(path));
       each.disable_recursion_pending();
-    } else if (!is_folder && is_wanted(path.string())) {
-      found.push_back(path.generic_string());
+    } else if (!is_folder && is_wanted(to_utf8(path))) {
+      found.push_back(to_utf8(path));
     }
   }
   // The system lists folders in any order; users and tests want one.
@@ -75,15 +80,15 @@ Result<std::vector<Found>> find_inputs(const Batch& batch,
       return failure(ErrorCode::usage, "standard input is one mesh; with several inputs name files only");
     const std::string name = without_slashes(given);
     std::error_code error;
-    if (!batch.recursive || !fs::is_directory(name, error) || is_case(name)) {
-      all.push_back({name, is_url(name) ? with_extension(name, "") : fs::path(name).filename().string()});
+    if (!batch.recursive || !fs::is_directory(to_path(name), error) || is_case(to_path(name))) {
+      all.push_back({name, is_url(name) ? with_extension(name, "") : name.substr(begin_of_name(name))});
       continue;
     }
     const std::vector<std::string> below = files_below(name, is_wanted);
     if (below.empty())
       return failure(ErrorCode::usage, name + ": this folder holds no file that the verb takes");
     for (const std::string& path : below)
-      all.push_back({path, fs::path(path).lexically_relative(name).generic_string()});
+      all.push_back({path, to_utf8(to_path(path).lexically_relative(to_path(name)))});
   }
   return all;
 }
@@ -98,13 +103,13 @@ Result<std::vector<BatchItem>> items_of(const Batch& batch,
   for (const Found& each : found) {
     const bool beside = batch.output_folder.empty();
     const std::string whole =
-        beside ? each.input : (fs::path(batch.output_folder) / each.place).generic_string();
+        beside ? each.input : to_utf8(to_path(batch.output_folder) / to_path(each.place));
     items.push_back({each.input, with_extension(whole, "")});
     ++uses[items.back().stem];
   }
   for (size_t i = 0; i < items.size(); ++i) {
     // "a.ply" and "a.obj" would both be written as "a.maille": then their extensions stay.
-    if (uses[items[i].stem] > 1) items[i].stem += fs::path(found[i].input).extension().string();
+    if (uses[items[i].stem] > 1) items[i].stem += to_utf8(to_path(found[i].input).extension());
   }
   return items;
 }
@@ -127,9 +132,9 @@ void say_totals(const Totals& totals, const std::vector<std::string>& failures, 
 Result<BatchAnswer> run_on(const BatchItem& item,
                            const std::function<Result<BatchAnswer>(const BatchItem&)>& run_one) {
   std::error_code error;
-  const fs::path folder = fs::path(item.stem).parent_path();
+  const fs::path folder = to_path(item.stem).parent_path();
   if (!folder.empty()) fs::create_directories(folder, error);
-  if (error) return failure(ErrorCode::write_failed, folder.string() + ": " + error.message());
+  if (error) return failure(ErrorCode::write_failed, to_utf8(folder) + ": " + error.message());
   return run_one(item);
 }
 
@@ -155,7 +160,8 @@ int run_batch(const std::vector<BatchItem>& items, const CommonOptions& common,
     ++totals.done;
     std::error_code ignored;
     totals.input_bytes += answer->input_bytes;
-    totals.output_bytes += bytes_of_output(answer->output, fs::is_directory(answer->output, ignored));
+    totals.output_bytes +=
+        bytes_of_output(answer->output, fs::is_directory(to_path(answer->output), ignored));
   }
   if (!common.quiet && !common.json) say_totals(totals, failures, whole.seconds());
   return worst;

@@ -2,6 +2,7 @@
 #include <fmt/ranges.h>
 #include <maille/encode.h>
 #include <maille/io.h>
+#include <maille/path.h>
 #include <maille/version.h>
 #include <unistd.h>
 
@@ -28,8 +29,7 @@ namespace {
 // anywhere. Bounds are recorded because they cannot be recovered from a mesh that was rounded.
 std::string provenance_of(const CompressOptions& options) {
   const std::string& input = options.series.empty() ? options.input : options.series;
-  const size_t slash = input.rfind('/');
-  const std::string name = slash == std::string::npos ? input : input.substr(slash + 1);
+  const std::string name = input.substr(begin_of_name(input));
   std::string text = fmt::format("maille {}: {}", library_version(), input_name(name));
   for (const BoundOption& option : bound_options) {
     const auto texts = options.bounds.find(option.kind);
@@ -325,15 +325,15 @@ Result<Compressed> compress_with_steps(CompressOptions options, const Tolerances
                                        const std::string& output, const Series& series) {
   TOOL_CHECK(check_output({output, series.name, options.force, true}));
   std::error_code error, absent;
-  const bool is_link = std::filesystem::is_symlink(output, absent);
-  const auto target = is_link ? std::filesystem::canonical(output, error) : std::filesystem::path(output);
+  const bool is_link = std::filesystem::is_symlink(to_path(output), absent);
+  const auto target = is_link ? std::filesystem::canonical(to_path(output), error) : to_path(output);
   if (error) return failure(ErrorCode::write_failed, output + ": " + error.message());
-  const std::string part = fmt::format("{}.{}.part", target.string(), ::getpid());
+  const std::string part = fmt::format("{}.{}.part", to_utf8(target), ::getpid());
   options.force = true;
   auto done = compress(options, tolerances, part);
   Result<AppendedSteps> steps =
       done ? series.append(part) : Result<AppendedSteps>(tl::unexpected(done.error()));
-  if (steps) std::filesystem::rename(part, target, error);
+  if (steps) std::filesystem::rename(to_path(part), target, error);
   if (steps && !error) {
     done->report.file_bytes = steps->file_bytes;
     done->input_bytes = steps->input_bytes;
@@ -341,7 +341,7 @@ Result<Compressed> compress_with_steps(CompressOptions options, const Tolerances
     return done;
   }
   std::error_code ignored;
-  std::filesystem::remove(part, ignored);
+  std::filesystem::remove(to_path(part), ignored);
   if (!steps) return tl::unexpected(steps.error());
   return failure(ErrorCode::write_failed, output + ": " + error.message());
 }

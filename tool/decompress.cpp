@@ -189,7 +189,7 @@ Result<std::vector<std::string>> write_case(const DecompressOptions& options, co
 
 /// Without an extension, what was a case of OpenFOAM becomes one again.
 bool was_a_case(const std::string& path, const DecompressOptions& options) {
-  const std::string name = path.substr(path.rfind('/') + 1);
+  const std::string name = path.substr(begin_of_name(path));
   if (!options.output_format.empty() || name.empty() || name.find('.') != std::string::npos || path == "-")
     return false;
   const auto source =

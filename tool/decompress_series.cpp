@@ -3,6 +3,7 @@
 #include <maille/decode.h>
 #include <maille/file.h>
 #include <maille/io.h>
+#include <maille/path.h>
 #include <maille/xml.h>
 
 #include <algorithm>
@@ -89,10 +90,10 @@ Result<int> decompress_series(const DecompressOptions& options) {
   for (size_t i = 0; i < times.size(); ++i) {
     // All names are checked before the first file is written.
     const std::string path = fmt::format("{}_{}.vtu", stem, i);
-    times[i].name = path.substr(path.rfind('/') + 1);
+    times[i].name = path.substr(begin_of_name(path));
     TOOL_CHECK(check_output({path, options.input, options.force, true, false}));
   }
-  const std::string folder = stem.substr(0, stem.rfind('/') + 1);
+  const std::string folder = stem.substr(0, begin_of_name(stem));
   std::vector<std::string> said;
   uint64_t bytes = 0, cells = mesh.cell_count(), points = mesh.point_count();
   for (size_t i = 0; i < times.size(); ++i) {
@@ -107,7 +108,7 @@ Result<int> decompress_series(const DecompressOptions& options) {
     // Nothing half done stays.
     for (size_t k = 0; k < i; ++k) {
       std::error_code ignored;
-      std::filesystem::remove(folder + times[k].name, ignored);
+      std::filesystem::remove(to_path(folder + times[k].name), ignored);
     }
     return tl::unexpected(written.error());
   }

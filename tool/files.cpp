@@ -4,6 +4,7 @@
 #include <maille/decode.h>
 #include <maille/file.h>
 #include <maille/io.h>
+#include <maille/path.h>
 #include <maille/series.h>
 #include <unistd.h>
 
@@ -18,9 +19,13 @@
 
 namespace maille::tool {
 
-namespace {
-
 namespace fs = std::filesystem;
+
+size_t begin_of_name(const std::string& path) {
+  return path.size() - to_utf8(to_path(path).filename()).size();
+}
+
+namespace {
 
 bool ends_with(const std::string& text, const std::string& end) {
   return text.size() > end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
@@ -38,7 +43,7 @@ bool starts_with(const Source& source, const std::array<unsigned char, size>& by
 
 // ".vtu" of "a.b/mesh.vtu", ".vtu.gz" of "mesh.vtu.gz"; empty where there is none.
 std::string extension_of(const std::string& path) {
-  const size_t name = path.rfind('/') + 1;  // npos + 1 is 0
+  const size_t name = begin_of_name(path);
   const size_t end = ends_with(path, ".gz") ? path.size() - 3 : path.size();
   const size_t dot = path.substr(0, end).rfind('.');
   return dot == std::string::npos || dot <= name ? "" : path.substr(dot);
@@ -46,12 +51,12 @@ std::string extension_of(const std::string& path) {
 
 bool exists(const std::string& path) {
   std::error_code error;
-  return fs::exists(path, error);
+  return fs::exists(to_path(path), error);
 }
 
 bool is_folder(const std::string& path) {
   std::error_code error;
-  return fs::is_directory(path, error);
+  return fs::is_directory(to_path(path), error);
 }
 
 // A terminal is refused, as it would wait for somebody to type a mesh.
@@ -100,9 +105,7 @@ std::string with_extension(const std::string& path, const std::string& extension
   std::string stem = is_url(path) ? name_in_url(path) : path;
   if (ends_with(stem, ".gz")) stem.resize(stem.size() - 3);
   const size_t dot = stem.rfind('.');
-  const size_t slash = stem.rfind('/');
-  const size_t name = slash == std::string::npos ? 0 : slash + 1;
-  if (dot != std::string::npos && dot > name) stem.resize(dot);
+  if (dot != std::string::npos && dot > begin_of_name(stem)) stem.resize(dot);
   return stem + extension;
 }
 
@@ -205,7 +208,7 @@ Result<> check_existing(const OutputRequest& request) {
     return failure(ErrorCode::write_failed, fmt::format("{}: is a folder; name a file in it", request.path));
   }
   std::error_code error;
-  if (fs::is_regular_file(request.path, error) && !request.force) {
+  if (fs::is_regular_file(to_path(request.path), error) && !request.force) {
     return failure(ErrorCode::usage, fmt::format("{}: exists already; -f overwrites it", request.path));
   }
   return {};
@@ -271,7 +274,7 @@ namespace {
 /// Where `decompress` may put a mesh of OpenFOAM without being told the format.
 bool looks_like_case(const std::string& path) {
   const std::string folder = path.substr(0, path.find_last_not_of('/') + 1);
-  return folder.substr(folder.rfind('/') + 1) == "polyMesh" || is_folder(folder + "/constant") ||
+  return folder.substr(begin_of_name(folder)) == "polyMesh" || is_folder(folder + "/constant") ||
          is_folder(folder + "/system");
 }
 

@@ -21,6 +21,9 @@ namespace maille::tool {
 std::string input_name(const std::string& path);
 std::string output_name(const std::string& path);
 
+/// Where the name begins in a path, behind the folders.
+size_t begin_of_name(const std::string& path);
+
 /// The path with another extension (".maille"), ".gz" and the old one removed; of an address, its last name.
 std::string with_extension(const std::string& path, const std::string& extension);
 

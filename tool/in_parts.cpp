@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <maille/io.h>
+#include <maille/path.h>
 #include <maille/surface_source.h>
 #include <unistd.h>
 
@@ -29,9 +30,9 @@ constexpr uint64_t small_bytes = uint64_t{2} << 30;
 std::string scratch_folder(const std::string& output) {
   const char* const told = std::getenv("TMPDIR");
   if (told != nullptr && *told != '\0') return told;
-  const size_t slash = output.rfind('/');
   if (output == "-" || output.rfind("/dev/", 0) == 0) return {};
-  return slash == std::string::npos ? "." : output.substr(0, slash + 1);
+  const std::string folder = output.substr(0, begin_of_name(output));
+  return folder.empty() ? "." : folder;
 }
 
 /// Reads cells up to the first solid. Volumes usually begin with one, but patches of faces may come first.
@@ -64,7 +65,7 @@ WorkingSpace space_for(const CommonOptions& common, const std::string& output, b
 
 bool is_regular(const std::string& path) {
   std::error_code error;
-  return fs::is_regular_file(path, error);
+  return fs::is_regular_file(to_path(path), error);
 }
 
 // Estimated, not measured. As doubles, since counts of a damaged file may be anything.
@@ -81,13 +82,13 @@ std::optional<uint64_t> cells_of_piece(const std::string& pieces) {
 
 uint64_t bytes_of_case(const std::string& path) {
   std::error_code error;
-  fs::path folder = fs::is_directory(path, error) ? fs::path(path) : fs::path(path).parent_path();
+  fs::path folder = fs::is_directory(to_path(path), error) ? to_path(path) : to_path(path).parent_path();
   for (const char* inside : {"constant/polyMesh", "polyMesh"}) {
     if (!fs::is_directory(folder / inside, error)) continue;
     folder /= inside;
     break;
   }
-  return bytes_of_folder(folder.empty() ? "." : folder.string());
+  return bytes_of_folder(folder.empty() ? "." : to_utf8(folder));
 }
 
 uint64_t bytes_of_input(const Input& input, const std::vector<std::string>& files_beside) {
@@ -101,7 +102,7 @@ uint64_t bytes_of_files(const std::set<std::string>& paths) {
   uint64_t bytes = 0;
   for (const std::string& path : paths) {
     std::error_code error;
-    const uint64_t size = std::filesystem::file_size(path, error);
+    const uint64_t size = std::filesystem::file_size(to_path(path), error);
     if (!error) bytes += size;
   }
   return bytes;
@@ -114,13 +115,14 @@ uint64_t bytes_of_output(const std::string& path, bool folder) {
 uint64_t bytes_of_folder(const std::string& path) {
   uint64_t bytes = 0;
   std::error_code error;
-  for (std::filesystem::directory_iterator file(path, error), end; file != end; file.increment(error)) {
+  for (std::filesystem::directory_iterator file(to_path(path), error), end; file != end;
+       file.increment(error)) {
     if (file->is_regular_file(error)) bytes += file->file_size(error);
     // Of a case that was divided.
     const std::filesystem::path mesh = file->path() / "constant/polyMesh";
-    if (file->path().filename().string().starts_with("processor") &&
+    if (to_utf8(file->path().filename()).starts_with("processor") &&
         std::filesystem::is_directory(mesh, error))
-      bytes += bytes_of_case(mesh.string());
+      bytes += bytes_of_case(to_utf8(mesh));
   }
   return bytes;
 }
@@ -197,7 +199,7 @@ namespace {
 /// An open file without a name.
 Result<std::unique_ptr<Source>> written_to_vtu(const Mesh& mesh, const std::string& folder) {
   std::error_code error;
-  const std::string place = folder.empty() ? fs::temp_directory_path(error).string() : folder;
+  const std::string place = folder.empty() ? to_utf8(fs::temp_directory_path(error)) : folder;
   // A name is needed, as file_sink() writes by name; it is removed as soon as the file is open for reading.
   const std::string path = TOOL_TRY(make_empty_file(place + "/maille-", ".vtu"));
   const auto write = [&]() -> Result<std::unique_ptr<Source>> {
@@ -207,7 +209,7 @@ Result<std::unique_ptr<Source>> written_to_vtu(const Mesh& mesh, const std::stri
     return unmapped_source(path);
   };
   auto source = write();
-  fs::remove(path, error);
+  fs::remove(to_path(path), error);
   return source;
 }
 
@@ -317,7 +319,7 @@ Result<EncodeReport> compress_in_parts(InputInParts& input, Sink& sink, const En
 bool can_write_in_parts(const std::string& format, const std::string& output, bool ascii) {
   if (format == "polymesh") return output != "-";
   std::error_code error;
-  const bool special = fs::exists(output, error) && !is_regular(output);
+  const bool special = fs::exists(to_path(output), error) && !is_regular(output);
   return ((format == "vtu" && !ascii) || format == "msh") && output != "-" && !special;
 }
 

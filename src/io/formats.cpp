@@ -1,9 +1,11 @@
 #include <maille/folder.h>
+#include <maille/path.h>
 #include <algorithm>
 #include <cctype>
 #include <cstring>
 #include <filesystem>
 #include "base/result.h"
+#include "base/system.h"
 #include "container/layout.h"
 #include "io/format.h"
 #include "io/gzip.h"
@@ -46,7 +48,7 @@ const Format* format_named(const std::string& name) {
 
 /// The extension in lower case, with the dot, and without a ".gz" behind it.
 std::string extension_of(const std::string& path) {
-  std::string name = lower(path.substr(path.find_last_of('/') + 1));
+  std::string name = lower(split_path(path).name);
   if (name.ends_with(".gz")) name.resize(name.size() - 3);
   const size_t dot = name.find_last_of('.');
   return dot == std::string::npos ? "" : name.substr(dot);
@@ -110,7 +112,7 @@ Result<const Format*> choose(const std::string& asked, const Source& source) {
     return failure(ErrorCode::usage, "unknown format \"" + asked + "\"; known are " + known_formats());
   }
   // polyMesh is the only format that is a folder, and a folder may have any name.
-  if (source.size() == 0 && std::filesystem::is_directory(source.name())) return &polymesh_format();
+  if (source.size() == 0 && std::filesystem::is_directory(to_path(source.name()))) return &polymesh_format();
   // The name comes before the bytes: bytes of OBJ and of text STL are guesses, names are what users mean.
   // Where the reader then fails, with_other_format() says what the bytes look like.
   if (const Format* format = format_by_extension(source.name())) return format;
@@ -153,7 +155,7 @@ const std::vector<FormatInfo>& formats() {
 }
 
 Result<std::string> format_of(const std::string& path) {
-  if (std::filesystem::is_directory(path)) return polymesh_format().info.name;
+  if (std::filesystem::is_directory(to_path(path))) return polymesh_format().info.name;
   if (const Format* format = format_by_extension(path)) return format->info.name;
   std::vector<std::byte> first;
   if (const auto source = file_source(path)) first = first_bytes_of(**source).value_or(first);
@@ -166,7 +168,7 @@ Result<std::string> format_of(const Source& source) {
 }
 
 Result<ReadResult> read_mesh(const std::string& path, const ReadOptions& options) {
-  if (std::filesystem::is_directory(path)) return read_mesh(*memory_source(Bytes(), path), options);
+  if (std::filesystem::is_directory(to_path(path))) return read_mesh(*memory_source(Bytes(), path), options);
   const std::unique_ptr<Source> source = MAILLE_TRY(file_source(path));
   return read_mesh(*source, options);
 }

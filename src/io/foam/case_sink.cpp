@@ -1,5 +1,7 @@
 #include "io/foam/case_sink.h"
 
+#include <maille/path.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <optional>
@@ -31,7 +33,7 @@ class CaseSink final : public FolderSink {
       return failure(ErrorCode::usage,
                      name() + ": \"" + path.substr(0, 80) + "\" is no name for a file of a case");
     std::error_code error;
-    const bool there = fs::exists(fs::path(folder_) / path, error);
+    const bool there = fs::exists(to_path(folder_) / to_path(path), error);
     const bool of_user = path.starts_with("constant/") || path.starts_with("system/");
     // Files of "constant" and "system" that are there belong to the user, and no file is written twice.
     if ((there && of_user) || !paths_.insert(path).second) return false;
@@ -59,10 +61,10 @@ class CaseSink final : public FolderSink {
     uint64_t begin;
   };
   Result<> write_file(const std::string& path, uint64_t begin, uint64_t end) {
-    const fs::path file = fs::path(folder_) / path;
+    const fs::path file = to_path(folder_) / to_path(path);
     std::error_code error;
     fs::create_directories(file.parent_path(), error);
-    const auto sink = MAILLE_TRY(file_sink(file.string()));
+    const auto sink = MAILLE_TRY(file_sink(to_utf8(file)));
     constexpr uint64_t at_once = uint64_t{1} << 20;
     std::vector<std::byte> bytes;
     for (; begin < end; begin += bytes.size()) {
@@ -72,7 +74,7 @@ class CaseSink final : public FolderSink {
     }
     MAILLE_CHECK(sink->commit());
     // OpenFOAM would not know which of the two is meant.
-    fs::remove(file.string() + ".gz", error);
+    fs::remove(to_path(to_utf8(file) + ".gz"), error);
     return {};
   }
 

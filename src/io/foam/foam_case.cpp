@@ -1,6 +1,8 @@
 // Folders and files of a case of OpenFOAM.
 #include "io/foam/foam_case.h"
 
+#include <maille/path.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -61,8 +63,8 @@ class TextCollector {
       : folder_(std::move(folder)), notes_(notes) {}
 
   void collect(const std::string& inside, int depth) {
-    for (const fs::path& entry : sorted_entries(fs::path(folder_) / inside)) {
-      const std::string name = entry.filename().string();
+    for (const fs::path& entry : sorted_entries(to_path(folder_) / to_path(inside))) {
+      const std::string name = to_utf8(entry.filename());
       const std::string path = inside.empty() ? name : inside + "/" + name;
       if (name.starts_with(".") || name.ends_with("~") || is_of_mesh(name)) continue;
       if (is_folder(entry) && depth > 0) collect(path, depth - 1);
@@ -75,7 +77,7 @@ class TextCollector {
  private:
   void add(const std::string& path) {
     std::error_code error;
-    const fs::path file = fs::path(folder_) / path;
+    const fs::path file = to_path(folder_) / to_path(path);
     // A link may lead out of the case, so it is not followed.
     const bool own = fs::is_regular_file(file, error) && !fs::is_symlink(file, error);
     const uint64_t size = own ? fs::file_size(file, error) : most_text_bytes + 1;
@@ -106,9 +108,10 @@ class TextCollector {
 
 std::vector<FoamTime> foam_times_in(const std::string& folder) {
   std::vector<FoamTime> times;
-  for (const fs::path& entry : sorted_entries(folder)) {
-    const auto value = foam_time_of(entry.filename().string());
-    if (value && is_folder(entry) && has_files(entry)) times.push_back({entry.filename().string(), *value});
+  for (const fs::path& entry : sorted_entries(to_path(folder))) {
+    const std::string name = to_utf8(entry.filename());
+    const auto value = foam_time_of(name);
+    if (value && is_folder(entry) && has_files(entry)) times.push_back({name, *value});
   }
   std::stable_sort(times.begin(), times.end(),
                    [](const FoamTime& a, const FoamTime& b) { return a.value < b.value; });
@@ -125,21 +128,21 @@ std::optional<double> foam_time_of(const std::string& name) {
 }
 
 FoamCasePath foam_case_of(const std::string& path) {
-  fs::path folder(path);
+  fs::path folder = to_path(path);
   if (folder.has_relative_path() && folder.filename().empty()) folder = folder.parent_path();  // "case/"
   if (!is_folder(folder)) folder = folder.parent_path();
   if (folder.empty()) folder = ".";
   FoamCasePath found;
   if (is_folder(folder / "constant" / "polyMesh")) {
-    found.folder = folder.string();
+    found.folder = to_utf8(folder);
     found.times = foam_times_in(found.folder);
     return found;
   }
-  const std::string name = folder.filename().string();
+  const std::string name = to_utf8(folder.filename());
   const auto value = foam_time_of(name);
   const fs::path around = folder.has_parent_path() ? folder.parent_path() : fs::path(".");
   if (!value || !is_folder(around / "constant" / "polyMesh")) return found;
-  found.folder = around.string();
+  found.folder = to_utf8(around);
   found.times = foam_times_in(found.folder);
   found.time = FoamTime{name, *value};
   return found;
@@ -148,8 +151,8 @@ FoamCasePath foam_case_of(const std::string& path) {
 // Paths come back from .maille files of anybody, and are written below a folder of the user's.
 bool is_plain_foam_path(const std::string& path) {
   if (path.empty() || path.size() > 400) return false;
-  for (const fs::path& part : fs::path(path)) {
-    const std::string name = part.string();
+  for (const fs::path& part : to_path(path)) {
+    const std::string name = to_utf8(part);
     if (name.empty() || name[0] == '.' || name[0] == '/' || name[0] == '-' || name[0] == '~') return false;
     const bool plain = std::all_of(name.begin(), name.end(), [](char c) {
       return static_cast<unsigned char>(c) >= 0x80 || std::isalnum(static_cast<unsigned char>(c)) != 0 ||

@@ -1,6 +1,8 @@
 // Fields of OpenFOAM into a mesh. docs/formats.md, "Cases of OpenFOAM".
 #include "io/foam/foam_field_reader.h"
 
+#include <maille/path.h>
+
 #include <algorithm>
 #include <cstring>
 #include <filesystem>
@@ -303,15 +305,15 @@ Result<> FoamFieldReader::read(const std::string& case_folder, const FoamTime& t
   mesh_.metadata.emplace_back(foam_time_key, time.name);
   std::vector<std::string> names;
   std::error_code error;
-  for (fs::directory_iterator entry(folder, error), end; entry != end; entry.increment(error)) {
-    const std::string name = entry->path().filename().string();
+  for (fs::directory_iterator entry(to_path(folder), error), end; entry != end; entry.increment(error)) {
+    const std::string name = to_utf8(entry->path().filename());
     if (name.starts_with(".") || name.ends_with("~")) continue;
     names.push_back(name);
   }
   if (error) return failure(ErrorCode::cannot_read, "cannot read " + folder + ": " + error.message());
   std::sort(names.begin(), names.end());
   for (const std::string& name : names) {
-    const fs::path path = fs::path(folder) / name;
+    const fs::path path = to_path(folder) / to_path(name);
     // decomposePar links the folder uniform to that of the whole case.
     if (fs::is_symlink(path, error) && !fs::exists(path, error)) {
       notes_.push_back(time.name + "/" + name + ": left out; it is a link that leads nowhere");
@@ -326,7 +328,7 @@ Result<> FoamFieldReader::read(const std::string& case_folder, const FoamTime& t
     if (name == "polyMesh" && (fs::exists(path / "points") || fs::exists(path / "points.gz") ||
                                fs::exists(path / "faces") || fs::exists(path / "faces.gz"))) {
       return failure(ErrorCode::unsupported,
-                     path.string() +
+                     to_utf8(path) +
                          ": the mesh is another one at this time, but all times of a file have one; this "
                          "folder is a mesh without fields");
     }

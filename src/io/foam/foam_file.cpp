@@ -1,5 +1,7 @@
 #include "io/foam/foam_file.h"
 
+#include <maille/path.h>
+
 #include <algorithm>
 #include <filesystem>
 
@@ -13,10 +15,10 @@ namespace {
 
 /// The name under which a file is there: each file of a case may be packed.
 std::string name_in(const std::string& folder, const std::string& name) {
-  const std::filesystem::path path = std::filesystem::path(folder) / name;
+  const std::string path = to_utf8(to_path(folder) / to_path(name));
   std::error_code error;
   const bool packed =
-      !std::filesystem::exists(path, error) && std::filesystem::exists(path.string() + ".gz", error);
+      !std::filesystem::exists(to_path(path), error) && std::filesystem::exists(to_path(path + ".gz"), error);
   return packed ? name + ".gz" : name;
 }
 

@@ -1,5 +1,7 @@
 #include "io/foam/foam_processors.h"
 
+#include <maille/path.h>
+
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
@@ -101,9 +103,9 @@ Result<std::vector<FoamPart>> foam_processors_of(const std::string& case_folder)
   std::error_code error;
   std::set<uint64_t> numbers;
   std::vector<Collated> collated;
-  for (fs::directory_iterator entry(case_folder, error), end; !error && entry != end;
+  for (fs::directory_iterator entry(to_path(case_folder), error), end; !error && entry != end;
        entry.increment(error)) {
-    const std::string name = entry->path().filename().string();
+    const std::string name = to_utf8(entry->path().filename());
     std::error_code unknown;
     if (!name.starts_with("processor") || !entry->is_directory(unknown)) continue;
     if (name.starts_with("processors")) {
@@ -138,7 +140,8 @@ namespace {
 bool has_numbers(const FoamPart& part) {
   std::error_code error;
   const std::string numbers = part.mesh() + "/pointProcAddressing";
-  return std::filesystem::exists(numbers, error) || std::filesystem::exists(numbers + ".gz", error);
+  return std::filesystem::exists(to_path(numbers), error) ||
+         std::filesystem::exists(to_path(numbers + ".gz"), error);
 }
 
 }  // namespace

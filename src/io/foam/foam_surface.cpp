@@ -1,6 +1,7 @@
 #include "io/foam/foam_surface.h"
 
 #include <maille/io.h>
+#include <maille/path.h>
 #include <filesystem>
 #include <system_error>
 
@@ -139,13 +140,13 @@ class SurfaceReader {
         name[0] == '.')
       return file_.unsupported(entry_.at,
                                "the file '" + name + "' of a surface outside of the case is not supported");
-    fs::path folder = fs::path(file_.files[0]).parent_path();
+    fs::path folder = to_path(file_.files[0]).parent_path();
     std::error_code ignored;
     for (const char* up : {".", "..", "../.."}) {
       for (const char* of_surfaces : {"constant/triSurface", "constant/geometry"}) {
         for (const char* packed : {"", ".gz"}) {
-          const fs::path path = folder / up / of_surfaces / (name + packed);
-          if (fs::is_regular_file(path, ignored)) return path.string();
+          const fs::path path = folder / up / of_surfaces / to_path(name + packed);
+          if (fs::is_regular_file(path, ignored)) return to_utf8(path);
         }
       }
     }

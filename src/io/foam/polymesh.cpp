@@ -4,6 +4,8 @@
 // OpenFOAM user guide, "Mesh description", and its own code for binary files.
 #include "io/foam/polymesh.h"
 
+#include <maille/path.h>
+
 #include <algorithm>
 #include <filesystem>
 
@@ -58,7 +60,7 @@ class PolyMeshReader {
          {"points", "faces", "owner", "neighbour", "cellZones", "faceZones", "pointZones"}) {
       for (const char* ending : {"", ".gz"}) {
         std::error_code error;
-        const auto size = std::filesystem::file_size(folder + "/" + name + ending, error);
+        const auto size = std::filesystem::file_size(to_path(folder + "/" + name + ending), error);
         if (!error) bytes += size;
       }
     }
@@ -385,8 +387,8 @@ Result<ReadResult> read_case(const std::string& case_folder, const std::optional
                              const ReadOptions& options) {
   const std::string folder = foam_folder_of(case_folder);
   std::error_code error;
-  const bool whole = std::filesystem::exists(folder + "/points", error) ||
-                     std::filesystem::exists(folder + "/points.gz", error);
+  const bool whole = std::filesystem::exists(to_path(folder + "/points"), error) ||
+                     std::filesystem::exists(to_path(folder + "/points.gz"), error);
   if (whole && !(time && time->divided)) {
     PolyMeshReader reader(folder, options);
     return time ? reader.read_with_fields(case_folder, *time) : reader.read();
@@ -404,7 +406,7 @@ Result<ReadResult> read_case(const std::string& case_folder, const std::optional
 
 Result<ReadResult> read_polymesh(const Source& source, const ReadOptions& options) {
   std::error_code error;
-  if (!std::filesystem::exists(source.name(), error)) {
+  if (!std::filesystem::exists(to_path(source.name()), error)) {
     return failure(ErrorCode::malformed_input,
                    source.name() + ": a polyMesh is a folder of files; name the folder or a file in it");
   }

@@ -1,4 +1,6 @@
 // What OpenFOAM's polyMesh means: cells from faces, patches, where the folder is.
+#include <maille/path.h>
+
 #include <algorithm>
 #include <array>
 #include <filesystem>
@@ -156,15 +158,15 @@ void add_foam_metadata(const FoamPatch& patch, std::vector<std::pair<std::string
 
 std::string foam_folder_of(const std::string& name) {
   namespace fs = std::filesystem;
-  const fs::path path(name);
+  const fs::path path = to_path(name);
   const fs::path folder = fs::is_directory(path) ? path : path.parent_path();
   // The folder of a time beside "constant".
   const FoamCasePath place = foam_case_of(name);
-  if (place.time) return (fs::path(place.folder) / "constant" / "polyMesh").string();
+  if (place.time) return to_utf8(to_path(place.folder) / "constant" / "polyMesh");
   for (const char* inside : {"constant/polyMesh", "polyMesh"}) {
-    if (fs::is_directory(folder / inside)) return (folder / inside).string();
+    if (fs::is_directory(folder / inside)) return to_utf8(folder / inside);
   }
-  return folder.empty() ? "." : folder.string();
+  return folder.empty() ? "." : to_utf8(folder);
 }
 
 }  // namespace maille

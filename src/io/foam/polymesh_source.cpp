@@ -2,6 +2,8 @@
 // by cell out of core, and the cells made of them stand in a temporary file; points stay where they are,
 // those of a text are written as numbers to another one. The mesh is the same as that of the reader in
 // memory: cells, then faces of patches, then those of zones.
+#include <maille/path.h>
+
 #include <algorithm>
 #include <array>
 #include <filesystem>
@@ -163,7 +165,7 @@ class PolyMeshSource final : public MeshSource {
     for (const char* name :
          {"points", "faces", "owner", "neighbour", "cellZones", "faceZones", "pointZones"}) {
       std::error_code error;
-      const auto size = std::filesystem::file_size(folder_ + "/" + name, error);
+      const auto size = std::filesystem::file_size(to_path(folder_ + "/" + name), error);
       if (!error) bytes += size;
     }
     return bytes;

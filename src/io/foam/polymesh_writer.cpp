@@ -1,6 +1,7 @@
 // OpenFOAM's polyMesh, written: points, faces, owner, neighbour, boundary, zones. Inner faces come first, by
 // owner and then neighbour, and point from the lesser cell to the greater; those of the patches follow. The
 // mesh is read in parts, and faces are sorted out of core.
+#include <maille/path.h>
 #include <maille/series.h>
 
 #include <algorithm>
@@ -455,10 +456,10 @@ Result<std::vector<std::string>> write_polymesh(const Mesh& mesh, Sink& sink, co
 }
 
 std::string polymesh_folder(const std::string& path) {
-  std::filesystem::path folder(path);
+  std::filesystem::path folder = to_path(path);
   if (folder.has_relative_path() && folder.filename().empty()) folder = folder.parent_path();  // "case/"
   if (folder.extension() == ".foam" && !std::filesystem::is_directory(folder)) folder = folder.parent_path();
-  return (folder.filename() == "polyMesh" ? folder : folder / "constant" / "polyMesh").string();
+  return to_utf8(folder.filename() == "polyMesh" ? folder : folder / "constant" / "polyMesh");
 }
 
 Result<std::unique_ptr<FolderSink>> polymesh_sink(const std::string& path, bool overwrite) {
@@ -468,11 +469,11 @@ Result<std::unique_ptr<FolderSink>> polymesh_sink(const std::string& path, bool 
     mesh_files.emplace_back(name);
     mesh_files.push_back(std::string(name) + ".gz");
   }
-  const std::filesystem::path folder = polymesh_folder(path);
-  auto mesh = MAILLE_TRY(folder_sink(folder.string(), std::move(mesh_files), path));
+  const std::string folder = polymesh_folder(path);
+  auto mesh = MAILLE_TRY(folder_sink(folder, std::move(mesh_files), path));
   const bool alone = path.substr(0, path.find_last_not_of('/') + 1).ends_with("polyMesh");
   return alone ? std::move(mesh)
-               : case_sink(std::move(mesh), folder.parent_path().parent_path().string(), overwrite);
+               : case_sink(std::move(mesh), to_utf8(to_path(folder).parent_path().parent_path()), overwrite);
 }
 
 }  // namespace maille

@@ -1,5 +1,7 @@
 #include "io/gltf/gltf_file.h"
 
+#include <maille/path.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -174,7 +176,7 @@ std::string safe_path(const std::string& uri) {
       path += uri[i];
     }
   }
-  const std::filesystem::path parts(path);
+  const std::filesystem::path parts = to_path(path);
   const bool leaves = std::any_of(parts.begin(), parts.end(), [](const auto& part) { return part == ".."; });
   // Backslashes and colons mean something on other systems; nothing that a mesh needs has them.
   const bool odd = path.find_first_of(std::string_view("\\:\0", 3)) != std::string::npos;

@@ -1,4 +1,5 @@
 // Series in time: files that hold their steps themselves, cases of OpenFOAM, and ParaView's list of files.
+#include <maille/path.h>
 #include <maille/series.h>
 #include <maille/source.h>
 
@@ -41,7 +42,7 @@ bool is_xdmf(const std::string& path) {
 bool is_ensight(const std::string& path) {
   std::error_code error;
   // A folder of that name is a case of OpenFOAM.
-  if (std::filesystem::is_directory(path, error)) return false;
+  if (std::filesystem::is_directory(to_path(path), error)) return false;
   return path.ends_with(".case") || path.ends_with(".encas");
 }
 
@@ -68,7 +69,7 @@ Result<std::vector<SeriesEntry>> steps_of_file(const std::string& path, const So
 /// The times of a case of OpenFOAM; none where the path says which one is meant.
 std::vector<SeriesEntry> times_of_case(const std::string& path) {
   std::error_code error;
-  if (!std::filesystem::is_directory(path, error) && !path.ends_with(".foam")) return {};
+  if (!std::filesystem::is_directory(to_path(path), error) && !path.ends_with(".foam")) return {};
   const std::string folder = foam_case_folder(path);
   std::vector<SeriesEntry> times;
   for (const FoamTime& time : foam_times_of(path))
@@ -80,7 +81,7 @@ std::vector<SeriesEntry> times_of_case(const std::string& path) {
 /// named by the case and their number.
 bool is_case(const std::string& path) {
   std::error_code error;
-  return std::filesystem::is_directory(path, error) && !foam_case_of(path).time;
+  return std::filesystem::is_directory(to_path(path), error) && !foam_case_of(path).time;
 }
 
 }  // namespace
