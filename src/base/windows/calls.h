@@ -13,6 +13,8 @@ std::wstring wide(const std::string& path);
 inline HANDLE handle_of(int fd) {
   return reinterpret_cast<HANDLE>(::_get_osfhandle(fd));
 }
+/// Of what is open: without links, and in one spelling; empty where that fails.
+std::wstring real_path(int fd);
 /// Puts the reason of the last call that failed into errno; false.
 bool failed();
 /// CreateFileW() as a descriptor; not valid with errno where it fails.

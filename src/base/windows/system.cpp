@@ -31,13 +31,6 @@ OVERLAPPED at(uint64_t offset) {
   return place;
 }
 
-/// Without links, and in one spelling; empty where that fails.
-std::wstring real_path(int fd) {
-  std::wstring path(32768, L'\0');  // the longest there can be
-  path.resize(GetFinalPathNameByHandleW(handle_of(fd), path.data(), static_cast<DWORD>(path.size()), 0));
-  return path;
-}
-
 }  // namespace
 
 std::wstring wide(const std::string& path) {
@@ -46,6 +39,12 @@ std::wstring wide(const std::string& path) {
   const int size = MultiByteToWideChar(CP_UTF8, 0, path.data(), bytes, result.data(), bytes);
   result.resize(static_cast<size_t>(size));
   return result;
+}
+
+std::wstring real_path(int fd) {
+  std::wstring path(32768, L'\0');  // the longest there can be
+  path.resize(GetFinalPathNameByHandleW(handle_of(fd), path.data(), static_cast<DWORD>(path.size()), 0));
+  return path;
 }
 
 bool failed() {
@@ -180,7 +179,8 @@ bool lock(int fd) {
 PathParts split_path(const std::string& path) {
   const size_t slash = path.find_last_of("/\\");
   if (slash == std::string::npos) return {".", path};
-  return {path.substr(0, slash + 1), path.substr(slash + 1)};  // with the slash, as "C:" is not "C:/"
+  const bool is_root = slash == 0 || path[slash - 1] == ':';  // "C:" is not "C:/"
+  return {path.substr(0, is_root ? slash + 1 : slash), path.substr(slash + 1)};
 }
 
 uint64_t memory_of_machine() {

@@ -1,19 +1,16 @@
 #include "io/folder_sink.h"
 
-#include <fcntl.h>
-#include <sys/file.h>
-#include <sys/stat.h>
+#include <maille/path.h>
 
 #include <algorithm>
 #include <chrono>
-#include <cstdio>
 #include <filesystem>
 #include <list>
 #include <optional>
 
 #include "base/result.h"
-#include "base/system.h"
 #include "base/unfinished.h"
+#include "io/folder_calls.h"
 
 namespace maille {
 namespace {
@@ -27,12 +24,10 @@ class MadeFolder {
  public:
   static Result<std::unique_ptr<MadeFolder>> make(const std::string& path) {
     const PathParts place = split_path(path);
-    auto made = std::make_unique<MadeFolder>(
-        Descriptor(::open(place.folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)), place.name);
-    if (!made->within_.valid() || ::mkdirat(made->within_.get(), place.name.c_str(), 0777) != 0)
+    auto made = std::make_unique<MadeFolder>(open_folder(place.folder), place.name);
+    if (!made->within_.valid() || !make_folder(made->within_.get(), place.name))
       return cannot_write("folder " + path);
-    // Until here the folder may be somebody else's: mkdirat failed, or was not called. Then it must not be
-    // removed.
+    // Until here the folder may be somebody else's: then it must not be removed.
     made->kept_ = false;
     return made;
   }
@@ -41,7 +36,7 @@ class MadeFolder {
   MadeFolder(const MadeFolder&) = delete;
   MadeFolder& operator=(const MadeFolder&) = delete;
   ~MadeFolder() {
-    if (!kept_) ::unlinkat(within_.get(), name_.c_str(), AT_REMOVEDIR);
+    if (!kept_) remove_folder(within_.get(), name_);
   }
   void keep() { kept_ = true; }
 
@@ -75,13 +70,12 @@ bool is_temporary_of(const std::string& name, const std::string& entry) {
 void remove_left_over(const std::string& within, const std::string& name) {
   std::error_code error;
   std::vector<fs::path> left;
-  for (const auto& entry : fs::directory_iterator(within, error)) {
-    if (is_temporary_of(name, entry.path().filename().string())) left.push_back(entry.path());
+  for (const auto& entry : fs::directory_iterator(to_path(within), error)) {
+    if (is_temporary_of(name, to_utf8(entry.path().filename()))) left.push_back(entry.path());
   }
-  // O_NOFOLLOW: a link with such a name, put there by somebody else, must not lead remove_all() elsewhere.
   for (const fs::path& path : left) {
-    const Descriptor folder(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC));
-    if (!folder.valid() || ::flock(folder.get(), LOCK_EX | LOCK_NB) != 0) continue;
+    const Descriptor folder = open_unused_folder(to_utf8(path));
+    if (!folder.valid()) continue;
     const auto age = fs::file_time_type::clock::now() - fs::last_write_time(path, error);
     if (!error && age > std::chrono::minutes(1)) fs::remove_all(path, error);
   }
@@ -89,8 +83,8 @@ void remove_left_over(const std::string& within, const std::string& name) {
 
 /// Writes files into a temporary folder beside the target, which commit() renames to its name. So at every
 /// moment the target is the old mesh, nothing, or the new mesh, whole; "nothing" lasts from one rename to the
-/// next, as no system call of POSIX exchanges two folders. The first error of writing is remembered and comes
-/// back from all later calls.
+/// next, as no system call of POSIX or Windows exchanges two folders. The first error of writing is
+/// remembered and comes back from all later calls.
 class WholeFolder final : public FolderSink {
  public:
   WholeFolder(std::string path, std::vector<std::string> replaced, std::string name)
@@ -101,7 +95,8 @@ class WholeFolder final : public FolderSink {
     if (committed_) return;
     // On NFS a file that is removed while it is open stays under another name, and its folder with it.
     file_.close();
-    for (const PartFile& file : files_) ::unlinkat(folder_.get(), file.name.c_str(), 0);
+    for (const PartFile& file : files_) remove_file(folder_.get(), file.name);
+    folder_ = Descriptor();
     while (!made_.empty()) made_.pop_back();  // from the inside out
   }
 
@@ -111,45 +106,35 @@ class WholeFolder final : public FolderSink {
     remove_left_over(place.folder, place.name);
     temporary_ = place.folder + "/" + temporary_name(place.name);
     made_.push_back(MAILLE_TRY(MadeFolder::make(temporary_)));
-    folder_ = Descriptor(::open(temporary_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-    if (!folder_.valid()) return cannot_write("folder " + temporary_);
-    ::flock(folder_.get(), LOCK_EX | LOCK_NB);  // best effort: some file systems have no locks
-    return {};
+    folder_ = open_folder_in_use(temporary_);
+    return folder_.valid() ? Result<>() : Result<>(cannot_write("folder " + temporary_));
   }
 
   Result<> begin_file(const std::string& name) override {
     MAILLE_CHECK(end_file());
     files_.emplace_back(name, folder_.get());
-    // O_EXCL: no writer names a file twice, and a link that somebody put here is not followed.
-    file_ = Descriptor(::openat(folder_.get(), name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+    file_ = make_file(folder_.get(), name);
     return file_.valid() ? Result<>() : Result<>(broken(path_ + "/" + name));
   }
 
   Result<> write(Bytes bytes) override {
     if (broken_) return tl::unexpected(*broken_);
-    while (!bytes.empty()) {
-      // A write may be cut short by a signal or a full disk; what is left is tried again, and then the error
-      // comes.
-      const ssize_t written = ::write(file_.get(), bytes.data(), bytes.size());
-      if (written < 0 && errno != EINTR) return broken(path_);
-      if (written > 0) bytes = bytes.subspan(static_cast<size_t>(written));
-    }
-    return {};
+    return write_all(file_.get(), bytes) ? Result<>() : Result<>(broken(path_));
   }
 
   Result<> commit() override {
     MAILLE_CHECK(end_file());
-    // Some file systems cannot sync a folder, and need not.
-    ::fsync(folder_.get());
+    sync_folder(folder_.get());
     std::error_code error;
-    const bool there = fs::is_directory(path_, error);
+    const bool there = fs::is_directory(to_path(path_), error);
     const std::string older = temporary_ + ".old";
-    // rename() replaces a folder only if it is empty, so the older one steps aside first, and comes back if
-    // the second rename fails. errno is kept for the message, as the way back changes it.
-    if (there && std::rename(path_.c_str(), older.c_str()) != 0) return cannot_write(path_);
-    if (std::rename(temporary_.c_str(), path_.c_str()) != 0) {
+    Descriptor none;
+    // A folder replaces another one only if that is empty, so the older one steps aside first, and comes back
+    // if the second rename fails. errno is kept for the message, as the way back changes it.
+    if (there && !rename_folder(path_, older, none)) return cannot_write(path_);
+    if (!rename_folder(temporary_, path_, folder_)) {
       const int reason = errno;
-      if (there) std::rename(older.c_str(), path_.c_str());
+      if (there) rename_folder(older, path_, none);
       errno = reason;
       return cannot_write(path_);
     }
@@ -164,7 +149,7 @@ class WholeFolder final : public FolderSink {
   /// Makes what is missing of a path, the outermost first.
   Result<> make_parents(const std::string& path) {
     std::error_code error;
-    if (path.empty() || fs::is_directory(path, error)) return {};
+    if (path.empty() || fs::is_directory(to_path(path), error)) return {};
     if (const PathParts place = split_path(path); place.folder != path)
       MAILLE_CHECK(make_parents(place.folder));
     made_.push_back(MAILLE_TRY(MadeFolder::make(path)));
@@ -173,7 +158,7 @@ class WholeFolder final : public FolderSink {
   Result<> end_file() {
     if (broken_) return tl::unexpected(*broken_);
     if (!file_.valid()) return {};
-    if (::fsync(file_.get()) != 0 || !file_.close()) return broken(path_);
+    if (!sync(file_.get()) || !file_.close()) return broken(path_);
     return {};
   }
   tl::unexpected<Error> broken(const std::string& what) {
@@ -186,18 +171,17 @@ class WholeFolder final : public FolderSink {
   Result<> take_over(const std::string& older) {
     std::error_code error;
     // Names are gathered first: what an iterator shows of a folder that changes meanwhile is not specified.
-    std::vector<std::string> others;
-    for (const auto& entry : fs::directory_iterator(older, error))
-      others.push_back(entry.path().filename().string());
-    for (const std::string& name : others) {
-      const bool gone = std::find(replaced_.begin(), replaced_.end(), name) != replaced_.end();
-      if (gone) {
-        fs::remove_all(fs::path(older) / name, error);
+    std::vector<fs::path> others;
+    for (const auto& entry : fs::directory_iterator(to_path(older), error)) others.push_back(entry.path());
+    for (const fs::path& other : others) {
+      const fs::path name = other.filename();
+      if (std::find(replaced_.begin(), replaced_.end(), to_utf8(name)) != replaced_.end()) {
+        fs::remove_all(other, error);
       } else {
-        fs::rename(fs::path(older) / name, fs::path(path_) / name, error);
+        fs::rename(other, to_path(path_) / name, error);
       }
     }
-    if (::rmdir(older.c_str()) == 0) return {};
+    if (fs::remove(to_path(older), error)) return {};
     return failure(ErrorCode::write_failed,
                    path_ + " is written, but what was in it besides stays in " + older);
   }
@@ -217,9 +201,9 @@ class WholeFolder final : public FolderSink {
 /// target.
 std::string plain_path(const std::string& path) {
   std::error_code error;
-  const fs::path real = fs::canonical(path, error);
-  if (!error) return real.string();
-  std::string plain = path;
+  const fs::path real = fs::canonical(to_path(path), error);
+  if (!error) return to_utf8(real);
+  std::string plain = to_utf8(to_path(path));
   while (plain.size() > 1 && plain.back() == '/') plain.pop_back();
   return plain;
 }
