@@ -30,7 +30,7 @@ export const can = areShared ? {mesh: 'hex/can.vtu', pieces: 500, scalar: 'EQPS'
   : {mesh: 'hex/fire_cells.vtk', pieces: 1000, scalar: 'heat', least: 400, vector: 'uvw', most: 0, reach: 2, other: 't'};
 /** Hexahedra with a number and a vector of points, which come first of all arrays; in pieces of so many cells there are 11. */
 export const flow = areShared ? {mesh: 'hex/combustor_plot3d.vtu', pieces: 4000, scalar: 'Density', vector: 'Momentum'}
-  : {mesh: 'hex/fire_ug.vtu', pieces: 1000, scalar: 't', vector: 'uvw'};
+  : {mesh: 'hex/fire_ug.vtu', pieces: 950, scalar: 't', vector: 'uvw'};
 /** [mesh, cells in a piece]: hexahedra, tetrahedra, mixed cells, and curved ones. */
 export const volumes = [[can.mesh, can.pieces], ...(areShared
   ? [['tet/raptorTetra_19409.vtu', 3000], ['mixed/AngularSector.vtk', 1500], ['mixed/notch_disp.vtu', 400]]
