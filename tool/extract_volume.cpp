@@ -27,18 +27,50 @@ std::optional<double> limit_in(const std::string& text) {
   return value && !std::isnan(*value) ? value : std::nullopt;
 }
 
-/// "velocity[0]": the name, and which component.
+struct QuotedName {
+  std::string name;
+  size_t end;  ///< the place behind the closing quote
+};
+
+/// The name in double quotes at the start of a text; two quotes in it stand for one.
+std::optional<QuotedName> quoted_name(const std::string& text) {
+  std::string name;
+  for (size_t i = 1; i < text.size(); ++i) {
+    const bool quote = text[i] == '"';
+    if (quote && text.compare(i, 2, "\"\"") != 0) return QuotedName{name, i + 1};
+    name += text[i];
+    if (quote) ++i;
+  }
+  return std::nullopt;
+}
+
+/// "[0]" behind a name.
+std::optional<uint32_t> component_in(const std::string& text) {
+  if (text.size() < 3 || text.front() != '[' || text.back() != ']') return std::nullopt;
+  return parse_number<uint32_t>(text.substr(1, text.size() - 2));
+}
+
+/// "velocity[0]", "p [Pa]" (no number, so it belongs to the name) or "\"v[0]\"[1]": the name, and which
+/// component.
 bool set_name(const std::string& text, ValueCondition& condition) {
-  condition.array = trimmed(text);
-  if (condition.array.empty() || condition.array.back() != ']') return !condition.array.empty();
-  const size_t open = condition.array.rfind('[');
-  if (open == std::string::npos || open == 0) return false;
-  const auto number =
-      parse_number<uint32_t>(condition.array.substr(open + 1, condition.array.size() - open - 2));
-  if (!number) return false;
-  condition.component = *number;
-  condition.array.resize(open);
-  return true;
+  if (text.starts_with('"')) {
+    const auto quoted = quoted_name(text);
+    if (!quoted) return false;
+    const std::string rest = trimmed(text.substr(quoted->end));
+    condition.array = quoted->name;
+    condition.component = component_in(rest);
+    return rest.empty() || condition.component;
+  }
+  const size_t open = std::min(text.rfind('['), text.size());
+  condition.component = component_in(text.substr(open));
+  condition.array = condition.component ? trimmed(text.substr(0, open)) : text;
+  return !condition.array.empty();
+}
+
+/// Where the operator is; behind a name in quotes, if there is one.
+size_t place_of_operator(const std::string& text) {
+  const auto quoted = text.starts_with('"') ? quoted_name(text) : std::nullopt;
+  return text.find_first_of("<>=", quoted ? quoted->end : 0);
 }
 
 /// What stands behind the name: an operator and a number, or after "=" a range.
@@ -120,6 +152,10 @@ Result<> report(const ExtractOptions& options, const Input& input, const VolumeF
 Result<ExtractedVolume> extract_cells(const ExtractOptions& options, const Input& input,
                                       const VolumeFile& file) {
   const VolumeQuery query = TOOL_TRY(query_of(options));
+  for (const ValueCondition& condition : query.conditions) {
+    TOOL_CHECK(
+        check_names(input_name(options.input), {condition.array}, names_of_arrays(file.description())));
+  }
   TOOL_CHECK(allow(file, query, input));
   ExtractedVolume found = TOOL_TRY(file.extract(query));
   for (const std::string& problem : found.problems) complain(problem);
@@ -174,16 +210,17 @@ Result<Region> region_of(const ExtractOptions& options) {
 
 Result<ValueCondition> parse_condition(const std::string& text) {
   ValueCondition condition;
-  // The first of these ends the name, so names with one of them cannot be asked for.
-  const size_t at = text.find_first_of("<>=");
-  const bool differs = at != std::string::npos && at > 0 && text.compare(at - 1, 2, "!=") == 0;
-  if (at != std::string::npos && !differs && set_name(text.substr(0, at), condition) &&
-      set_range(text.substr(at), condition))
+  const std::string wanted = trimmed(text);
+  const size_t at = place_of_operator(wanted);
+  const bool differs = at != std::string::npos && at > 0 && wanted.compare(at - 1, 2, "!=") == 0;
+  if (at != std::string::npos && !differs && set_name(trimmed(wanted.substr(0, at)), condition) &&
+      set_range(wanted.substr(at), condition))
     return condition;
   return failure(
       ErrorCode::usage,
       fmt::format("--where '{}': an array, one of > >= < <= = and a number, as in 'T > 500', or a range, as "
-                  "in 'T = 100:500'; NAME[0] is the first component",
+                  "in 'T = 100:500'; NAME[0] is the first component; put a name that has < > = or [0] in it "
+                  "in double quotes",
                   text));
 }
 

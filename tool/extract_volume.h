@@ -7,8 +7,8 @@
 
 namespace maille::tool {
 
-/// What a condition of --where says: "T > 500", "T <= 3", "T = 2", "T = 1:5", "velocity[0] < 0". Error:
-/// usage.
+/// What a condition of --where says: "T > 500", "T <= 3", "T = 2", "T = 1:5", "velocity[0] < 0", or with a
+/// name in double quotes. Error: usage.
 Result<ValueCondition> parse_condition(const std::string& text);
 
 /// The box and the sphere that were asked for, for both modes. Error: usage, for a box whose corners are not

@@ -1,5 +1,8 @@
 // Verbs that read parts of files: extract, slice, probe, serve, view.
+#include <fmt/format.h>
+
 #include "parser_names.h"
+#include "text.h"
 
 namespace maille::tool {
 
@@ -30,10 +33,11 @@ void add_region(CLI::App* verb, ExtractOptions& extract) {
       ->expected(6)
       ->type_name("X,Y,Z,X,Y,Z")
       ->group(region);
-  verb->add_option("--where", extract.where,
-                   "Volumes: cells that meet a condition, or have a point that does, such as 'T > 500', 'T "
-                   "= 1:2' or 'velocity[0] < 0'; of a vector, the length counts; repeatable: all conditions "
-                   "must hold")
+  verb->add_option(
+          "--where", extract.where,
+          "Volumes: cells that meet a condition, or have a point that does, such as 'T > 500', 'T "
+          "= 1:2' or 'velocity[0] < 0'; of a vector, the length counts; a name with < > = or [0] in it goes "
+          "into double quotes, as in '\"a<b\" > 1'; repeatable: all conditions must hold")
       ->type_name("CONDITION")
       ->allow_extra_args(false)
       ->group(region);
@@ -86,7 +90,10 @@ void add_detail(CLI::App* verb, ExtractOptions& extract) {
   CLI::Option* error =
       verb->add_option("--error", extract.error,
                        "The coarsest level that stays within this distance of the mesh, in file units")
-          ->check(CLI::NonNegativeNumber)
+          ->check([](const std::string& word) {
+            const std::optional<double> number = parse_number<double>(word);
+            return number && *number >= 0 ? "" : fmt::format("'{}' is not a number of 0 or more", word);
+          })
           ->type_name("X")
           ->group(detail)
           ->excludes(full);

@@ -59,13 +59,18 @@ std::string suggestion(std::string_view word, const std::vector<std::string>& ca
   return nearest.empty() ? "" : fmt::format(" (did you mean '{}'?)", nearest);
 }
 
+tl::unexpected<Error> no_array(const std::string& file, const std::string& name,
+                               const std::vector<std::string>& known) {
+  return failure(
+      ErrorCode::usage,
+      fmt::format("{}: has no array '{}'{}; it has: {}", file, name, suggestion(name, known),
+                  known.empty() ? "positions and cells only" : fmt::format("{}", fmt::join(known, ", "))));
+}
+
 Result<> check_names(const std::string& file, const std::vector<std::string>& wanted,
                      const std::vector<std::string>& known) {
   for (const std::string& name : wanted) {
-    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
-    return failure(ErrorCode::usage, fmt::format("{}: has no array '{}'; it has: {}", file, name,
-                                                 known.empty() ? "positions and faces only"
-                                                               : fmt::format("{}", fmt::join(known, ", "))));
+    if (std::find(known.begin(), known.end(), name) == known.end()) return no_array(file, name, known);
   }
   return {};
 }

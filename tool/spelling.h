@@ -17,6 +17,9 @@ std::string nearest_word(std::string_view word, const std::vector<std::string>& 
 /// " (did you mean 'X'?)", or nothing.
 std::string suggestion(std::string_view word, const std::vector<std::string>& candidates);
 
+/// Error (usage): an array that a mesh does not have, with the nearest name, and all that it has.
+tl::unexpected<Error> no_array(const std::string& file, const std::string& name,
+                               const std::vector<std::string>& known);
 /// An unknown name of an array is an error (usage), not an output without that array, because it is mostly a
 /// typing mistake.
 Result<> check_names(const std::string& file, const std::vector<std::string>& wanted,
