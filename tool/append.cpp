@@ -188,6 +188,7 @@ void note_known_time(const AppendOptions& options, const std::vector<StreamStep>
 struct Met {
   std::set<std::string> arrays, said;  ///< names; notes
   std::set<std::string> files_beside;
+  bool left_out = false;
 };
 
 /// A step has arrays of points and cells: an array of the mesh as a whole, but its time, stays as it is in
@@ -207,6 +208,7 @@ Result<> note_mesh_arrays(const AppendOptions& options, const Step& step, const 
       return other.name == array->name && other.type == array->type && other.bytes == array->bytes;
     });
     if (same || !met.said.insert("array of the mesh " + array->name).second) continue;
+    met.left_out = true;
     notes.push_back(fmt::format(
         "array \"{}\" is of the mesh as a whole: steps of time have none, so its values here are left out",
         array->name));
@@ -236,6 +238,7 @@ Result<Appended> append_one(const AppendOptions& options, const Step& step, cons
     ProgressDisplay progress(options.common.progress, options.common.quiet);
     LoadedMesh loaded = TOOL_TRY(load_step(step, options, met.said, progress));
     met.files_beside.insert(loaded.files_beside.begin(), loaded.files_beside.end());
+    met.left_out |= tell_of_loss(loaded.notes);
     TOOL_CHECK(select_arrays(options.quality.arrays, loaded.mesh, input_name(step.path)));
     // Of a case fields may be there at some times only: append_series() looks at the end.
     Tolerances found = tolerances;
@@ -315,6 +318,7 @@ Result<AppendedSteps> append_series(const AppendOptions& options, const std::str
     if (options.common.verbose) TOOL_CHECK(tell(telling, step, done));
   }
   all.input_bytes = bytes_of_steps(steps) + bytes_of_files(met.files_beside);
+  all.left_out = met.left_out;
   for (const auto& [name, bound] : tolerances.arrays) {
     if (met.arrays.count(name) == 0)
       return failure(ErrorCode::usage,

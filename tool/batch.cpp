@@ -151,8 +151,8 @@ int run_batch(const std::vector<BatchItem>& items, const CommonOptions& common,
     // The highest code of all files: scripts need one number, and messages tell the rest.
     worst = std::max(worst, answer ? answer->code : static_cast<int>(answer.error().code));
     if (!answer) {
-      complain(answer.error().message);
-      failures.push_back(answer.error().message);
+      failures.push_back(sentence_of(answer.error()));
+      complain(failures.back());
       // Any other error concerns this input only, and the rest may still succeed.
       if (answer.error().code == ErrorCode::cancelled) break;
       continue;

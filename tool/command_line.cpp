@@ -254,6 +254,18 @@ std::string missing_argument(const Parser& parser) {
   return "a verb";
 }
 
+/// An option takes the next word as its value, also where that is a file: "-e scan.ply".
+std::string swallowed_file(const Parser& parser) {
+  for (const CLI::App* verb : parser.app.get_subcommands()) {
+    for (const CLI::Option* option : verb->get_options()) {
+      const std::vector<std::string>& words = option->results();
+      if (option->get_positional() || words.empty() || !is_regular(words.back())) continue;
+      return fmt::format(", since {} took '{}' as its value", option->get_name(), words.back());
+    }
+  }
+  return "";
+}
+
 bool is_effort_like(const std::string& word) {
   return word.size() > 1 && word[0] == '-' && std::isdigit(static_cast<unsigned char>(word[1])) != 0;
 }
@@ -287,8 +299,19 @@ bool means_effort(const std::string& option) {
   return std::find(words.begin(), words.end(), option.substr(0, option.find('='))) != words.end();
 }
 
+/// "; compress has it": the verbs that have an option which this one does not.
+std::string owners_of(const Parser& parser, const std::string& option) {
+  std::vector<std::string> verbs;
+  for (const CLI::App* verb : parser.app.get_subcommands({})) {
+    if (verb->get_option_no_throw(option) != nullptr) verbs.push_back(verb->get_name());
+  }
+  if (verbs.empty()) return "";
+  return fmt::format("; {} {} it", fmt::join(verbs, ", "), verbs.size() == 1 ? "has" : "have");
+}
+
 // CLI11's own messages use its own terms. These name what the user wrote, and the nearest option there is.
-std::string about_unknown_option(const CLI::App& verb, const std::string& option) {
+std::string about_unknown_option(const Parser& parser, const std::string& option) {
+  const CLI::App& verb = *parser.app.get_subcommands().front();
   if (verb.get_name() == "compress" && (is_effort_like(option) || means_effort(option)))
     return fmt::format("there is no level '{}'; levels are -1 (fast) to -9 (small)", option);
   std::vector<std::string> names;
@@ -296,7 +319,8 @@ std::string about_unknown_option(const CLI::App& verb, const std::string& option
     for (const std::string& name : known->get_lnames()) names.push_back("--" + name);
   }
   const std::string word = option.substr(0, option.find('='));
-  return fmt::format("there is no option '{}'{}", word, suggestion(word, names));
+  const std::string owners = owners_of(parser, word);
+  return fmt::format("there is no option '{}'{}", word, owners.empty() ? suggestion(word, names) : owners);
 }
 
 /// `message`: "--error: 1 required X missing".
@@ -315,7 +339,7 @@ std::string about_bad_value(const std::string& message) {
   const size_t at = message.find(value), behind = message.rfind(range);
   if (at != std::string::npos && behind != std::string::npos) {
     const std::string bounds = message.substr(behind + range.size()), option = message.substr(0, at);
-    return fmt::format("{}: '{}' is no number from {}", option,
+    return fmt::format("{}: '{}' is not a number from {}", option,
                        message.substr(at + value.size(), behind - at - value.size()), bounds);
   }
   const size_t equals = message.find(" = ");
@@ -326,17 +350,19 @@ std::string about_bad_value(const std::string& message) {
   return message;
 }
 
-std::string about_extras(const CLI::App& verb) {
+std::string about_extras(const Parser& parser) {
+  const CLI::App& verb = *parser.app.get_subcommands().front();
   const std::vector<std::string> extras = verb.remaining();
   for (const std::string& extra : extras) {
-    if (extra.size() > 1 && extra[0] == '-') return about_unknown_option(verb, extra);
+    if (extra.size() > 1 && extra[0] == '-') return about_unknown_option(parser, extra);
   }
   std::vector<std::string> taken;
   for (const CLI::Option* option : verb.get_options()) {
     if (option->get_positional()) taken.push_back(entry_of(*option).positional);
   }
-  return fmt::format("too many names: '{}'; it takes only {}", fmt::join(extras, " "),
-                     fmt::join(taken, " and "));
+  return fmt::format("too many names: '{}'; it takes only {}{}", fmt::join(extras, " "),
+                     fmt::join(taken, " and "),
+                     verb.get_name() == "verify" ? ", and the original behind --against" : "");
 }
 
 Result<Command> usage_failure(const Parser& parser, std::string message) {
@@ -369,7 +395,7 @@ Result<Command> parse_command_line(int argc, const char* const* argv) {
     if (parsed.empty()) return failure(ErrorCode::usage, "no verb given; 'maille --help' lists them");
     const std::string level = parser.raw.effort.empty() ? "" : long_level(argc, argv);
     const std::string misread = level.empty() ? misread_option(*parsed.front()) : level;
-    if (!misread.empty()) return usage_failure(parser, about_unknown_option(*parsed.front(), misread));
+    if (!misread.empty()) return usage_failure(parser, about_unknown_option(parser, misread));
     if (parser.raw.effort.size() > 1)
       return usage_failure(parser, "several levels given; give one of -1 to -9");
     return command_of(parser, parsed.front()->get_name());
@@ -381,11 +407,12 @@ Result<Command> parse_command_line(int argc, const char* const* argv) {
   } catch (const CLI::ExtrasError&) {
     const auto parsed = parser.app.get_subcommands();
     if (parsed.empty()) return usage_failure(parser, about_first_option(parser));
-    const CLI::App& verb = *parsed.front();
-    const std::string misread = misread_option(verb);
-    return usage_failure(parser, misread.empty() ? about_extras(verb) : about_unknown_option(verb, misread));
+    const std::string misread = misread_option(*parsed.front());
+    return usage_failure(parser,
+                         misread.empty() ? about_extras(parser) : about_unknown_option(parser, misread));
   } catch (const CLI::RequiredError&) {
-    return usage_failure(parser, fmt::format("{} is missing", missing_argument(parser)));
+    return usage_failure(parser,
+                         fmt::format("{} is missing{}", missing_argument(parser), swallowed_file(parser)));
   } catch (const CLI::ArgumentMismatch& error) {
     return usage_failure(parser, about_missing_value(parser.app, error.what()));
   } catch (const CLI::ParseError& error) {

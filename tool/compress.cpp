@@ -89,6 +89,7 @@ struct Compressed {
   EncodeReport report;
   uint64_t input_bytes = 0;
   const char* cell_word = "cell";
+  bool left_out = false;  ///< something of the input, as notes said
   std::optional<AppendedSteps> steps = {};
 };
 
@@ -122,7 +123,9 @@ Result<> report(const CompressOptions& options, const Compressed& done, const st
   const bool exact = !options.brief && std::all_of(options.bounds.begin(), options.bounds.end(),
                                                    [](const auto& texts) { return texts.second.empty(); });
   if (!options.lossless && exact && options.arrays.takes_all()) {
-    text += "every value is kept bit for bit; -e or --bits makes smaller files\n";
+    const bool left_out = done.left_out || (done.steps && done.steps->left_out);
+    text += fmt::format("{} is kept bit for bit; -e or --bits makes smaller files\n",
+                        left_out ? "everything else" : "every value");
   }
   if (!options.brief) text += hint_at_normals(done.report);
   text.pop_back();
@@ -158,7 +161,8 @@ Result<Compressed> compress_parts(InputInParts& input, const CompressOptions& op
   progress.clear();
   step.done(options.common.verbose, "compressing");
   say_notes(input_name(options.input), input.mesh->notes(), options.common.quiet);
-  return Compressed{std::move(report), input.bytes, surface ? "face" : "cell"};
+  return Compressed{std::move(report), input.bytes, surface ? "face" : "cell",
+                    tell_of_loss(input.mesh->notes())};
 }
 
 /// Recodes a stream as a stream, with memory for the front only.
@@ -227,7 +231,8 @@ Result<Compressed> compress_whole(const Input& input, const CompressOptions& opt
   EncodeReport report = TOOL_TRY(encode(loaded.mesh, *sink, encoding));
   progress.clear();
   step.done(options.common.verbose, "compressing");
-  return Compressed{std::move(report), bytes_of_input(input, loaded.files_beside), volume ? "cell" : "face"};
+  return Compressed{std::move(report), bytes_of_input(input, loaded.files_beside), volume ? "cell" : "face",
+                    tell_of_loss(loaded.notes)};
 }
 
 /// What is known of a .maille file of mode stream, which unlike a pipe can be read twice. What is wrong with

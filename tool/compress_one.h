@@ -15,6 +15,7 @@ struct AppendedSteps {
   uint64_t input_bytes = 0;  ///< of all files of the series
   uint64_t coded_bytes = 0;  ///< of the steps
   uint64_t file_bytes = 0;   ///< of all
+  bool left_out = false;     ///< something of their inputs, as notes said
 };
 
 /// A mesh of which later steps follow.

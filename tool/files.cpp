@@ -76,7 +76,10 @@ Result<std::unique_ptr<Source>> open_source(const std::string& path, uint64_t fe
   }
   // OpenFOAM's meshes are folders; their reader opens the files in them by itself.
   if (is_folder(path)) return memory_source(std::vector<std::byte>(), path);
-  return file_source(path);
+  auto source = file_source(path);
+  if (!source && path.find("//") != std::string::npos)
+    source.error().message += "; addresses begin with http:// or https://";
+  return source;
 }
 
 }  // namespace
@@ -205,7 +208,7 @@ Result<> check_existing(const OutputRequest& request) {
                    fmt::format("{}: output and input are the same file; name another output", request.path));
   }
   if (is_folder(request.path)) {
-    return failure(ErrorCode::write_failed, fmt::format("{}: is a folder; name a file in it", request.path));
+    return failure(ErrorCode::usage, fmt::format("{}: this is a folder; name a file in it", request.path));
   }
   std::error_code error;
   if (fs::is_regular_file(to_path(request.path), error) && !request.force) {

@@ -30,7 +30,7 @@ int main(int argc, char** argv) {
     if (result) return *result;
     // A reader that has seen enough, as in `| head`, needs no message; the exit code is for scripts.
     const bool is_closed_pipe = result.error().message.ends_with(std::strerror(EPIPE));
-    if (!is_closed_pipe) maille::tool::complain(result.error().message);
+    if (!is_closed_pipe) maille::tool::complain(maille::tool::sentence_of(result.error()));
     return static_cast<int>(result.error().code);
   } catch (const std::bad_alloc&) {
     maille::remove_unfinished_files();

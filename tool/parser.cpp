@@ -8,6 +8,7 @@
 
 #include "parser_names.h"
 #include "spelling.h"
+#include "text.h"
 
 namespace maille::tool {
 
@@ -29,6 +30,17 @@ CLI::Option* repeatable(CLI::Option* option, const std::string& value) {
 
 CLI::Option* comma_separated(CLI::Option* option) {
   return option->delimiter(',')->allow_extra_args(false);
+}
+
+// CLI11's own check of a number or a word answers in its own terms.
+CLI::Option* cells_of_pieces(CLI::Option* option) {
+  const auto is_known = [](const std::string& word) {
+    const std::optional<uint64_t> number = parse_number<uint64_t>(word);
+    if (word == "auto" || word == "off" || (number && *number >= 1 && *number <= uint64_t{1} << 32))
+      return std::string();
+    return fmt::format("'{}' is neither auto nor off, nor a number from 1 to 4294967296", word);
+  };
+  return option->check(is_known)->type_name("N|auto|off");
 }
 
 CLI::Option* add_file(CLI::App* verb, const std::string& names, std::string& variable,

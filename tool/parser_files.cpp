@@ -113,13 +113,12 @@ void Parser::add_compress() {
       ->group(quality_group)
       ->needs(any);
 
-  c->add_option("--pieces", compress.pieces,
-                "Cut a volume into pieces of about N cells (auto: 262,144) that can be read alone and "
-                "coded in parallel (default: off). Mode random: cut the surface into charts of about N "
-                "triangles (auto: 4096)")
-      ->type_name("N|auto|off")
-      ->group(speed_group)
-      ->check(CLI::Range(uint64_t{1}, uint64_t{1} << 32) | CLI::IsMember({"auto", "off"}));
+  cells_of_pieces(
+      c->add_option("--pieces", compress.pieces,
+                    "Cut a volume into pieces of about N cells (auto: 262,144) that can be read alone and "
+                    "coded in parallel (default: off). Mode random: cut the surface into charts of about N "
+                    "triangles (auto: 4096)"))
+      ->group(speed_group);
 
   one_of(c->add_option("--mode", raw.mode,
                        "Kind of file (default: stream for meshes with volume cells, else single)"),

@@ -98,11 +98,10 @@ void Parser::add_generate() {
   g->add_flag("--any-order", generate.generation.streaming_order,
               "Sweep blocks that lie side by side together, so that few points are in use at any time")
       ->group(scheme_group);
-  g->add_option("--pieces", generate.pieces,
-                "For .maille: cut the mesh into pieces of about N cells (auto: 262,144) that can be read "
-                "alone; this takes temporary files (default: off)")
-      ->check(CLI::Range(uint64_t{1}, uint64_t{1} << 32) | CLI::IsMember({"auto", "off"}))
-      ->type_name("N|auto|off")
+  cells_of_pieces(
+      g->add_option("--pieces", generate.pieces,
+                    "For .maille: cut the mesh into pieces of about N cells (auto: 262,144) that can be read "
+                    "alone; this takes temporary files (default: off)"))
       ->group(scheme_group);
   g->add_flag("--count", generate.count,
               "Generate everything, but only count, and write nothing; this takes hardly any memory")

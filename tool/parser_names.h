@@ -20,6 +20,8 @@ CLI::Option* one_of(CLI::Option* option, const std::vector<std::string>& values)
 CLI::Option* repeatable(CLI::Option* option, const std::string& value);
 /// "1,5,9" in one word.
 CLI::Option* comma_separated(CLI::Option* option);
+/// --pieces: how many cells each has.
+CLI::Option* cells_of_pieces(CLI::Option* option);
 CLI::Option* add_file(CLI::App* verb, const std::string& names, std::string& variable,
                       const std::string& help);
 

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <maille/encode.h>
 #include <maille/slice.h>
 
 #include "part_output.h"
@@ -16,10 +17,14 @@ Result<int> run(const SliceOptions& options) {
   VolumeQuery query;
   query.plane = TOOL_TRY(plane_of(options.plane));
   VolumeInput input = TOOL_TRY(VolumeInput::open(options));
-  const Mesh sliced = slice(*TOOL_TRY(input.cells(query)), *query.plane);
+  const Mesh& mesh = *TOOL_TRY(input.cells(query));
+  const Mesh sliced = slice(mesh, *query.plane);
   if (sliced.cell_count() == 0) {
+    const bool surface = mesh.cell_count() > 0 && usual_mode(mesh) != Mode::stream;
     return failure(ErrorCode::usage,
-                   fmt::format("{}: the plane passes no solid of the mesh", input_name(options.input)));
+                   fmt::format("{}: {}", input_name(options.input),
+                               surface ? "has no volume cells to be cut; slice is for volumes"
+                                       : "the plane passes no solid of the mesh"));
   }
   TOOL_CHECK(write_part(sliced, options.input, options, format, options.common));
   if (options.common.json) {

@@ -46,6 +46,13 @@ void complain(std::string_view sentence) {
   say(fmt::format("maille: {}", sentence));
 }
 
+std::string sentence_of(const Error& error) {
+  const auto has = [&](const char* text) { return error.message.find(text) != std::string::npos; };
+  // What was no .maille file at all, and what salvaging found out, need no such advice.
+  if (error.code != ErrorCode::corrupt || has("not a .maille file") || has("salvaged")) return error.message;
+  return error.message + "; `maille decompress --salvage` writes what is whole";
+}
+
 void say(std::string_view line) {
   // A closed standard error is no reason to fail.
   const std::string text = printable(line) + "\n";
@@ -55,6 +62,12 @@ void say(std::string_view line) {
 void say_notes(std::string_view name, const std::vector<std::string>& notes, bool quiet) {
   if (quiet) return;
   for (const std::string& note : notes) say(fmt::format("maille: {}: note: {}", name, note));
+}
+
+bool tell_of_loss(const std::vector<std::string>& notes) {
+  return std::any_of(notes.begin(), notes.end(), [](const std::string& note) {
+    return note.find("left out") != std::string::npos && !note.starts_with("facet normals follow");
+  });
 }
 
 Result<> answer(std::string_view anything) {

@@ -17,10 +17,15 @@ namespace maille::tool {
 
 /// Prints "maille: <sentence>" on standard error.
 void complain(std::string_view sentence);
+/// The sentence of an error, with what to do about damage.
+std::string sentence_of(const Error& error);
 /// Prints a line on standard error.
 void say(std::string_view line);
 /// Prints each note on standard error, unless `quiet`.
 void say_notes(std::string_view name, const std::vector<std::string>& notes, bool quiet);
+/// Do notes of a reader say that something was left out? (Normals that follow from the positions are not
+/// lost.)
+bool tell_of_loss(const std::vector<std::string>& notes);
 /// Prints an answer on standard output. Error: write_failed.
 Result<> answer(std::string_view text);
 

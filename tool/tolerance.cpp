@@ -206,8 +206,7 @@ Result<std::vector<std::string>> arrays_called(const std::string& name, const st
     if (role != Role::none && array.role == role) names.push_back(array.name);
   }
   if (role != Role::none) return names;
-  return failure(ErrorCode::usage, fmt::format("{}: has no array '{}'{}; it has: {}", input, name,
-                                               suggestion(name, known), fmt::join(known, ", ")));
+  return no_array(input, name, known);
 }
 
 namespace {

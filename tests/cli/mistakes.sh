@@ -60,4 +60,66 @@ try maille extract cube.maille out.ply --triangles few
 try maille extract hexes.maille out.vtu --where 'T > 5'
 try maille slice cube.maille out.vtu
 try maille probe hexes.maille 1,2
+# An option that took the input, and outputs that cannot be.
+try maille compress -f -e tetra.off
+try maille compress -f tetra.off folder
+try maille compress tetra.maille
+# Options of other verbs, or of none.
+try maille decompress tetra.maille out.ply --triangles 5
+try maille decompress tetra.maille out.ply -e 0.1
+try maille decompress tetra.maille -7
+try maille decompress tetra.maille out.ply --step=2 --keep-order
+try maille convert cube.ply out.vtu -9
+try maille info -v tetra.maille
+try maille verify tetra.maille cube.ply
+try maille extract cube.maille --box 0,0,0,1,1,1
+# Numbers.
+try maille compress -f --bits 99 tetra.off
+try maille compress -f -e -1 tetra.off
+try maille compress -f -e inf tetra.off
+try maille compress -f --pieces 0 hexes.vtu
+try maille compress -f --pieces many hexes.vtu
+try maille extract cube.maille out.ply --error -1
+try maille extract cube.maille out.ply --level -1
+try maille extract cube.maille out.ply --sphere 0,0,0,-1
+try maille extract cube.maille out.ply --box a,b,c,d,e,f
+try maille extract hexes.maille out.vtu --cells 5
+try maille extract hexes.maille out.vtu --cells 900:901
+try maille extract hexes.maille out.vtu --step 4
+try maille slice hexes.maille out.vtp --plane 99,0,0,1,0,0
+try maille generate blockMeshDict out.vtu --refine 0
+# What is not what the verb takes.
+echo 'once upon a time' > text.ply
+try maille compress text.ply out.maille
+try maille decompress text.ply out.off
+try maille slice tetra.off out.vtp --plane 0,0,0,1,0,0
+try maille subdivide hexes.vtu out.off
+try maille compress -f --mode random hexes.vtu out.maille
+try maille extract tetra.off out.ply
+try maille append hexes.maille nowhere.vtu
+try maille append hexes.maille hexes.vtu --time soon
+try maille append --remove-last hexes.maille
+# Addresses.
+try maille decompress htp://localhost/a.maille out.ply
+try maille decompress https//localhost/a.maille out.ply
+# Names of arrays.
+try maille compress -f --drop colr cube.ply out.maille
+try maille decompress -f --arrays color cube.maille out.ply
+try maille decompress -f --arrays T hexes.maille out.vtu
+# Damage: the sentence says how to get what is whole.
+damage() {
+  cp "$1" damaged.maille
+  printf '\377\377\377' | dd of=damaged.maille bs=1 seek="$2" conv=notrunc status=none
+}
+maille compress -q --pieces 40 hexes.vtu pieces.maille
+damage hexes.maille 340
+try maille decompress damaged.maille out.vtu
+try maille convert damaged.maille out.vtu
+try maille slice damaged.maille out.vtu --plane 0.1,0,0,1,0,0
+place=$(maille info --json --chunks pieces.maille | json '[c["offset"] for c in j["chunks"] if c["type"] == "PIDX"][0]')
+damage pieces.maille $((place + 20))
+try maille extract damaged.maille out.vtu --box=0,0,0,1,1,1
+damage tetra.maille 70
+try maille decompress damaged.maille out.ply
+try maille decompress -q --salvage damaged.maille out.ply
 files_like 'out.*'
