@@ -499,7 +499,7 @@ Result<> StreamReader::Implementation::prepare_values(Block& block) {
 }
 
 /// The values of one chain. Its tables by slot are counted before they grow, its models afterwards: a block
-/// adds at most 2 MiB of these.
+/// adds at most 3 MiB of these.
 Result<> StreamReader::Implementation::decode_values(const Block& block, size_t stage) {
   ValueChain& chain = chains_[stage];
   const uint64_t points = block.portion.slot_count, cells = block.cell_slots;
