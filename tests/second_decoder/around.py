@@ -149,7 +149,7 @@ class Numbers:
         self.symbols = StaticSymbols(data, 1 + (min(n, 3) if h.listed else n - 1), 5, 2, 2**24)
         self.codes, self.values = [list(h.bias) for _ in range(count)], np.zeros((count, n), self.real)
         self.sizes, self.chosen, self.indices = ([[x] * n for _ in range(count)] for x in (0, 0, None))
-        self.listed, self.mirrored, self.known_weights = [2**n - 1] * count, False, {}
+        self.listed, self.mirrored = [2**n - 1] * count, False
         for v in range(count):
             self.element(v)
         for code in self.codes:
@@ -162,16 +162,11 @@ class Numbers:
 
     def weights_of(self, v, element):
         """w0 to w6 and that of last."""
-        degrees, group, r = (), 2 * element.place + element.late, element.refs
-        if self.h.flags & VALENCES:
-            degrees = tuple(DEGREES[min(self.valence[i], 10)] for i in (r[FOCUS], r[LAST], r[BEFORE], r[NEXT], v))
-        if (group, degrees) not in self.known_weights:
-            w, *rows = self.h.rows[group]
-            for row, d in zip(rows, degrees):
-                w = w + np.float32(d) * row
-            last = np.float32(1) - (((w[0] + w[4]) + (w[1] + w[5])) + ((w[2] + w[6]) + w[3]))
-            self.known_weights[group, degrees] = [*w, last_of_wide(w) if self.h.wide else last]
-        return self.known_weights[group, degrees]
+        r, (w, *rows) = element.refs, self.h.rows[2 * element.place + element.late]
+        for row, i in zip(rows if self.h.flags & VALENCES else [], (r[FOCUS], r[LAST], r[BEFORE], r[NEXT], v)):
+            w = w + np.float32(DEGREES[min(self.valence[i], 10)]) * row
+        last = np.float32(1) - (((w[0] + w[4]) + (w[1] + w[5])) + ((w[2] + w[6]) + w[3]))
+        return [*w, last_of_wide(w) if self.h.wide else last]
 
     def element(self, v):
         h, element, real_, n = self.h, self.elements[v], self.real, self.elements[v].parallelograms

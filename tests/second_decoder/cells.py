@@ -8,7 +8,8 @@ class Shape:
 
     def __init__(self, type_, dimension, faces, nodes=""):
         self.type, self.dimension = type_, dimension
-        self.faces, self.nodes = ([[int(k) for k in part] for part in text.split()] for text in (faces, nodes))
+        self.faces = [[int(k) for k in face] for face in faces.split()]
+        self.nodes = [sorted(int(k) for k in corners) for corners in nodes.split()]
         self.corners = n = 1 + max((k for face in self.faces for k in face), default=0)
         pairs = {p for face in (self.faces if dimension > 1 else [[0, 1]] * dimension) for p in edges_of(face)}
         self.near = [sorted({b for a, b in pairs if a == k} | {a for a, b in pairs if b == k}) for k in range(n)]
@@ -255,7 +256,7 @@ class Connectivity:
             return None
         S = sorted((s for s in self.S.values() if s.alive), key=lambda s: s.ordinal)
         three = [s.pattern for s in S[-1:] + S[:1]] or [0, 0]
-        three.append(self.last.pattern)
+        three.append(self.last.pattern if self.last.alive else 0)
         a = (three[0] == three[1]) + 2 * (three[0] == three[2])
         for id_ in dict.fromkeys(three):
             applied = self.apply(self.patterns[id_]) if id_ else None
@@ -312,7 +313,7 @@ class Connectivity:
         shape, around = SHAPES[kind], list(dict.fromkeys(p.number for p in known if p))
         slots, near = [p and p.slot for p in known], [n for n in shape.near[k] if known[n]]
         whole = [abd for abd in shape.parallelograms[k] if all(known[i] for i in abd)]
-        if kind in (0, 8) and all(known[i] for i in range(8) if i != k):
+        if shape.corners == 8 and all(known[i] for i in range(8) if i != k):
             D = [abd[2] for abd in shape.parallelograms[k]]
             G = next(i for i in range(8) if i not in [k, *near, *D])
             return [slots[i] for i in near + D + [G]], [slots[i] for i in near], k, around
@@ -475,7 +476,8 @@ class Connectivity:
                 self.edges(kind, known, glued, own, anchor)
             elif shape.dimension == 2:
                 self.on_solid(shape, known, own, anchor)
-        repeats = self.other_corners(kind, known, new, glued, anchor, L)
+        near = anchor if shape.dimension else self.last_anchor
+        repeats = self.other_corners(kind, known, new, glued, near.signature if near else 0, L)
         self.rest(shape, known, glued)
         pattern = self.make_pattern(kind, known, glued, 0) if repeats is None and not gated else None
         before = self.last.signature if self.last else 0
@@ -553,10 +555,10 @@ class Connectivity:
                 return laid
         return None
 
-    def other_corners(self, kind, known, new, glued, anchor, L):
+    def other_corners(self, kind, known, new, glued, signature, L):
         """Sets known and new, and gives which corners repeat new ones, None if none repeats another."""
         ask, shape, repeats, repeated, self.old_corners = self.ask, SHAPES[kind], {}, False, 0
-        signature, faces = anchor.signature if anchor else 0, sum(g is not None for g in glued)
+        faces = sum(g is not None for g in glued)
         for k in range(shape.corners):
             if known[k] is not None:
                 continue

@@ -319,9 +319,9 @@ class Asker:
             hashes = (base, valence + 196608), (base, before + 262144), (near, before + 458752)
             cells += [self.cell(hash32(*h)) for h in hashes]
             met = max(sum(c.v > 2 for c in cells) - 1, 0)
-            self.few += sum(c.v < 2 for c in cells)
             bit = self.mixer.bit(self.sequence, [c.logit() for c in cells], 8 * Q + met, 16 * Q + local % 16, Q)
         for c in cells:
+            self.few += not plain and c.v < 2
             c.learn(bit)
         if not plain and self.few > 1 << self.t - 1 and self.t < 18:
             self.grow()

@@ -68,6 +68,57 @@ def power(x):
         f -= (logarithm - rest) / (1 + (1 - 2 * f) * (a + b * f) + f * (1 - f) * b)
     return float(np.ldexp(1 + f, whole))
 
+class Digits:
+    """16.1: significant digits."""
+
+    def __init__(self, d):
+        self.d, self.F = d, 10 ** (d - 1)
+
+    def value(self, c):
+        decade, mantissa = divmod(abs(c) - 1, 9 * self.F)
+        x = 0.0 if c == 0 or decade > 20 else ten(float(mantissa + self.F), decade - 6 - self.d + 1)
+        return -x if c < 0 else x
+
+    @staticmethod
+    def exponent(x):
+        x = abs(x)
+        e = max(-6, (math.frexp(x)[1] - 1) * 1233 // 4096) if x else -6
+        e += ten(x, -e) >= 10
+        e -= ten(x, -e) < 1
+        return max(e, -6)
+
+    def code(self, x):
+        if not 1e-6 <= abs(x) < 1e15:
+            return 0
+        e = self.exponent(x)
+        mantissa = max(math.floor(ten(abs(x), self.d - 1 - e) + 0.5), self.F)
+        c = (e + 6) * 9 * self.F + mantissa - self.F + 1  # 10F is F with e + 1
+        return -c if x < 0 else c
+
+    def unit(self, x): return int((self.exponent(x) - self.d + 1) * 6.644)
+
+class Decimals:
+    """16.1: decimals of f32, and bits of larger ones."""
+
+    def __init__(self, d):
+        self.d, self.E = d, next(2.0**e for e in range(-10, 99) if 2.0**e * 10.0**d >= 0.9 * 2**23)
+        self.N, self.bits = math.floor(self.E * 10.0**d + 0.5), bits_of(self.E, "f4")
+
+    def value(self, c):
+        n = abs(c)
+        of_bits = np.array(min(self.bits + max(n - self.N, 0), 0x7F7FFFFF), "u4").view("f4")
+        x = float(n) / 10.0**self.d if n < self.N else float(of_bits)
+        return -x if c < 0 else x
+
+    def code(self, x):
+        n = abs(x)
+        more = bits_of(narrow_float(n, "f4"), "f4") - self.bits
+        c = math.floor(n * 10.0**self.d + 0.5) if n < self.E else self.N + more
+        return -c if x < 0 else c
+
+    def unit(self, x):
+        return int(-self.d * 6644 / 1000) if abs(x) < self.E else 2 * (math.frexp(x)[1] - 1 - 23)
+
 class Map:
     """The map of one component. `kind` is that of the text without + 64 and + 128."""
 
@@ -82,7 +133,11 @@ class Map:
             self.dtype, self.factor = "f4", fields.number("d")  # the map is for f32 then
         self.size = 8 * int(self.dtype[1])
         self.table = self.read_table(tables or fields) if self.has_table else None
-        self.digits = fields.u8() if tables and self.kind == 1 else 0
+        digits = fields.u8() if tables and self.kind == 1 else 0
+        self.digits = Decimals(digits - 128) if digits > 128 else Digits(digits) if digits else None
+        self.by_value = self.has_table or self.kind == 1 and not digits  # 16.7: what places are
+        self.plain = self.kind == 1 and not (digits or self.has_factor or self.has_table)
+        self.flags = self.kind != 0 and not self.plain  # whether exceptions are told
         self.curved = self.kind in (1, 5, 6) or self.has_table
         self.base = 2 if self.kind == 5 else 10
 

@@ -190,6 +190,13 @@ def finish(rng, path, points, cells, corners):
     write_vtu(path, points, cells, named("p", point_arrays), named("c", cell_arrays), named("k", corner_arrays))
 
 
+def all_types(rng, path, sizes):
+    """A cell of each type, then these cells again; `sizes`: nodes by type."""
+    ends = np.cumsum(list(sizes.values()))
+    cells = [(type_, list(range(end - n, end))) for (type_, n), end in zip(sizes.items(), ends)]
+    write_vtu(path, rng.normal(size=(ends[-1], 3)).astype("f4"), 2 * cells)
+
+
 def volume(rng, path):
     """Hexahedra, wedges and quads, or tetrahedra of a block, in the order of a grid or in none."""
     n, m, k = (int(x) for x in rng.integers(2, 7, 3))

@@ -5,9 +5,10 @@ from cells import Connectivity
 from container import Fields
 from description import POINTS, Array, Mesh, plain
 from gates import Gates
+from maps import Map
 from mixed import MixedValues
 from order import mesh_order
-from values import Values, stream_map
+from values import Values
 
 class StreamDescription:
     """16.1."""
@@ -23,7 +24,7 @@ class StreamDescription:
         f = fields  # arrays of the mesh as a whole, metadata, provenance, the number of maps
         f.list(lambda: (f.text(), f.u8(), f.count(), f.u8(), f.list(f.text), f.section()))
         f.list(lambda: (f.text(), f.text())), f.text(), f.count()
-        self.maps = [f.list(lambda: stream_map(f, a.type, tables)) for a in [self.positions] + self.arrays]
+        self.maps = [f.list(lambda: Map(f, a.type, tables)) for a in [self.positions] + self.arrays]
         self.allowed = f.list(f.f64)
         runs = lambda: f.list(lambda: (f.count(), f.count()))
         self.numbered = f.list(lambda: (f.count(), runs())) if self.order_apart & 2 else []

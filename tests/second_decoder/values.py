@@ -4,68 +4,9 @@ from collections import defaultdict
 import numpy as np
 from container import clamp, unzigzag, wrap
 from entropy import CodedSequence, Models
-from maps import MOST, Map, bits_of, exponent_of, f32, narrow_float, ordered, real, ten
+from maps import MOST, bits_of, exponent_of, f32, narrow_float, ordered, real
 
 F32 = np.float32
-
-class Digits:
-    """16.1: significant digits."""
-
-    def __init__(self, d):
-        self.d, self.F = d, 10 ** (d - 1)
-
-    def value(self, c):
-        decade, mantissa = divmod(abs(c) - 1, 9 * self.F)
-        x = 0.0 if c == 0 or decade > 20 else ten(float(mantissa + self.F), decade - 6 - self.d + 1)
-        return -x if c < 0 else x
-
-    @staticmethod
-    def exponent(x):
-        x = abs(x)
-        e = max(-6, (math.frexp(x)[1] - 1) * 1233 // 4096) if x else -6
-        e += ten(x, -e) >= 10
-        e -= ten(x, -e) < 1
-        return max(e, -6)
-
-    def code(self, x):
-        if not 1e-6 <= abs(x) < 1e15:
-            return 0
-        e = self.exponent(x)
-        mantissa = max(math.floor(ten(abs(x), self.d - 1 - e) + 0.5), self.F)
-        c = (e + 6) * 9 * self.F + mantissa - self.F + 1  # 10F is F with e + 1
-        return -c if x < 0 else c
-
-    def unit(self, x): return int((self.exponent(x) - self.d + 1) * 6.644)
-
-class Decimals:
-    """16.1: decimals of f32, and bits of larger ones."""
-
-    def __init__(self, d):
-        self.d, self.E = d, next(2.0**e for e in range(-10, 99) if 2.0**e * 10.0**d >= 0.9 * 2**23)
-        self.N, self.bits = math.floor(self.E * 10.0**d + 0.5), bits_of(self.E, "f4")
-
-    def value(self, c):
-        n = abs(c)
-        of_bits = np.array(min(self.bits + max(n - self.N, 0), 0x7F7FFFFF), "u4").view("f4")
-        x = float(n) / 10.0**self.d if n < self.N else float(of_bits)
-        return -x if c < 0 else x
-
-    def code(self, x):
-        n = abs(x)
-        more = bits_of(narrow_float(n, "f4"), "f4") - self.bits
-        c = math.floor(n * 10.0**self.d + 0.5) if n < self.E else self.N + more
-        return -c if x < 0 else c
-
-    def unit(self, x):
-        return int(-self.d * 6644 / 1000) if abs(x) < self.E else 2 * (math.frexp(x)[1] - 1 - 23)
-
-def stream_map(fields, type_, tables):
-    m = Map(fields, type_, tables)
-    m.digits = Decimals(m.digits - 128) if m.digits > 128 else Digits(m.digits) if m.digits else None
-    m.by_value = m.has_table or m.kind == 1 and not m.digits  # what places are
-    m.plain = m.kind == 1 and not (m.digits or m.has_factor or m.has_table)
-    m.flags = m.kind != 0 and not m.plain  # whether exceptions are told
-    return m
 
 def half_octaves(x):
     """Bits 22 to 30 of |x| as f32."""
