@@ -15,6 +15,7 @@
 #include "surface/arrays/array_around.h"
 #include "surface/arrays/joints.h"
 #include "surface/arrays/normal_arrays.h"
+#include "surface/arrays/octahedral_tuples.h"
 #include "surface/fans/positions.h"
 #include "surface/front/mixed_array.h"
 #include "surface/patch_topology.h"
@@ -82,7 +83,9 @@ class SameTuples {
     const std::byte *x = array_.bytes.data() + a * size, *y = array_.bytes.data() + b * size;
     if (std::memcmp(x, y, size) == 0) return true;
     if (maps_.lossless || is_exception(a) || is_exception(b)) return false;
-    if (maps_.octahedral) return codes_of(x) == codes_of(y);
+    if (maps_.octahedral)
+      return codes_of_tuple(*maps_.octahedral, array_.type, x) ==
+             codes_of_tuple(*maps_.octahedral, array_.type, y);
     for (uint32_t k = 0; k < array_.components; ++k) {
       const size_t at = k * size_of(array_.type);
       if (maps_.maps[k].code_of(array_.type, x + at) != maps_.maps[k].code_of(array_.type, y + at))
@@ -97,12 +100,6 @@ class SameTuples {
         std::lower_bound(maps_.exceptions.begin(), maps_.exceptions.end(), tuple * array_.components);
     return at != maps_.exceptions.end() && *at < (tuple + 1) * array_.components;
   }
-  std::array<int32_t, 2> codes_of(const std::byte* tuple) const {
-    std::array<double, 3> vector;
-    for (size_t k = 0; k < 3; ++k)
-      vector[k] = number_as_double(array_.type, tuple + k * size_of(array_.type));
-    return maps_.octahedral->codes_of(vector);
-  }
 
   const Array& array_;
   const ArrayMaps& maps_;
@@ -116,30 +113,18 @@ Array pairs_of_vectors(const Array& array, const ArrayMaps& maps) {
   for (uint64_t i = 0; i < array.count(); ++i) {
     // Vectors that are none (exceptions) have no codes: any will do.
     if (std::binary_search(maps.exceptions.begin(), maps.exceptions.end(), 3 * i)) continue;
-    std::array<double, 3> vector;
-    for (size_t k = 0; k < 3; ++k)
-      vector[k] =
-          number_as_double(array.type, array.bytes.data() + i * array.tuple_size() + k * size_of(array.type));
-    const auto codes = maps.octahedral->codes_of(vector);
+    const auto codes =
+        codes_of_tuple(*maps.octahedral, array.type, array.bytes.data() + i * array.tuple_size());
     std::memcpy(pairs.bytes.data() + i * sizeof codes, codes.data(), sizeof codes);
   }
   return pairs;
 }
-/// Vectors of any codes are finite, so damaged bytes only give other vectors.
 void store_vectors(const Array& pairs, const OctahedralMap& map, Array& array) {
   array.bytes.resize(pairs.count() * array.tuple_size());
   for (uint64_t i = 0; i < pairs.count(); ++i) {
     std::array<int32_t, 2> codes;
     std::memcpy(codes.data(), pairs.bytes.data() + i * sizeof codes, sizeof codes);
-    const auto vector = map.vector_of(codes);
-    for (size_t k = 0; k < 3; ++k) {
-      std::byte* const out = array.bytes.data() + i * array.tuple_size() + k * size_of(array.type);
-      if (array.type == Scalar::f32) {
-        store(out, static_cast<float>(vector[k]));
-      } else {
-        store(out, vector[k]);
-      }
-    }
+    store_tuple(map, codes, array.type, array.bytes.data() + i * array.tuple_size());
   }
 }
 
@@ -351,7 +336,6 @@ bool is_mixable(const Array& array, const ArrayMaps& maps) {
 // Behind the maps stand details (RefinedMaps).
 constexpr uint8_t refined_flag = 32;
 
-/// Nothing where the steps of the maps are not for geometry.
 /// Positions mixed, as POSI 0 with coding 16: maps, details of refined doubles, exceptions, then what
 /// encode_mixed() writes. No value where the steps of the maps are not for geometry.
 template <class Code>
@@ -439,6 +423,19 @@ Result<> decode_mixed_array(const PatchElements& elements, ByteReader& in, Array
 /// Chosen, not swept: it only saves a trial where normals follow from the surface, which take far less.
 constexpr size_t most_bits_of_normals = 16;
 
+/// Facets' normals that a formula gives take hardly a bit without loss, but some on a lattice: the smaller
+/// counts, as what is exact keeps every bound.
+std::vector<std::byte> encode_smaller_normals(const PatchElements& elements, const Array& array,
+                                              const ArrayMaps& maps, std::span<const uint32_t> source,
+                                              Pace* pace) {
+  std::vector<std::byte> best = encode_normals(elements, array, maps, source, pace);
+  if (maps.lossless || array.domain != Domain::cell) return best;
+  const auto exact = choose_maps(array, {}, false);
+  if (!exact) return best;
+  std::vector<std::byte> other = encode_normals(elements, array, *exact, source, nullptr);
+  return other.size() < best.size() ? other : best;
+}
+
 }  // namespace
 
 /// Without half-edges corners are those of the fans, which have no gaps.
@@ -497,7 +494,7 @@ std::vector<std::byte> encode_array(const PatchElements& elements, const Array& 
   }
   std::vector<std::byte> best;
   if (is_normal(elements, array)) {
-    best = encode_normals(elements, array, maps, source, pace);
+    best = encode_smaller_normals(elements, array, maps, source, pace);
     if (8 * best.size() < most_bits_of_normals * source.size()) return best;
   }
   ArrayAround alone(elements);

@@ -12,6 +12,7 @@
 #include "numbers/number_maps.h"
 #include "surface/arrays/facet_candidates.h"
 #include "surface/arrays/normal_walk.h"
+#include "surface/arrays/octahedral_tuples.h"
 
 namespace maille {
 namespace {
@@ -216,11 +217,10 @@ void fill_codes(const Array& array, const ArrayMaps& maps, uint64_t tuple, Code*
   const std::byte* numbers = array.bytes.data() + tuple * array.tuple_size();
   const size_t number_bytes = size_of(array.type);
   if (maps.octahedral) {
-    std::array<double, 3> vector;
-    for (size_t k = 0; k < 3; ++k) vector[k] = number_as_double(array.type, numbers + k * number_bytes);
     // Vectors that are none (exceptions) have no codes: any will do.
     const bool exception = std::binary_search(maps.exceptions.begin(), maps.exceptions.end(), 3 * tuple);
-    const auto pair = exception ? std::array<int32_t, 2>{} : maps.octahedral->codes_of(vector);
+    const auto pair =
+        exception ? std::array<int32_t, 2>{} : codes_of_tuple(*maps.octahedral, array.type, numbers);
     codes[0] = pair[0];
     codes[1] = pair[1];
     return;
@@ -338,16 +338,8 @@ template <class Code>
 void store_vectors(Array& array, const OctahedralMap& map, std::span<const Code> codes) {
   array.bytes.resize(codes.size() / 2 * array.tuple_size());
   for (size_t i = 0; i < codes.size() / 2; ++i) {
-    const auto vector =
-        map.vector_of({static_cast<int32_t>(codes[2 * i]), static_cast<int32_t>(codes[2 * i + 1])});
-    std::byte* out = array.bytes.data() + i * array.tuple_size();
-    for (size_t k = 0; k < 3; ++k) {
-      if (array.type == Scalar::f32) {
-        store(out + 4 * k, static_cast<float>(vector[k]));
-      } else {
-        store(out + 8 * k, vector[k]);
-      }
-    }
+    store_tuple(map, {static_cast<int32_t>(codes[2 * i]), static_cast<int32_t>(codes[2 * i + 1])}, array.type,
+                array.bytes.data() + i * array.tuple_size());
   }
 }
 
