@@ -12,6 +12,7 @@
 #include "base/bytes.h"
 #include "io/base64.h"
 #include "io/buffered_writer.h"
+#include "io/byte_order.h"
 #include "io/vtk/vtk_field_data.h"
 
 namespace maille {
@@ -42,13 +43,6 @@ class Payload {
   Base64Reader text_;
   bool base64_;
 };
-
-void swap_numbers(std::span<std::byte> bytes, size_t size) {
-  if (size == 1) return;
-  for (size_t i = 0; i + size <= bytes.size(); i += size) {
-    std::reverse(bytes.begin() + static_cast<ptrdiff_t>(i), bytes.begin() + static_cast<ptrdiff_t>(i + size));
-  }
-}
 
 /// Decodes one array's bytes; every size that is claimed is checked against what is there before use. Layout:
 /// without a compressor, the number of bytes, then these; with one, the number of blocks, the size of a whole

@@ -250,6 +250,7 @@ Result<std::vector<std::string>> VtkWriter::write() {
   if (std::any_of(mesh_.arrays.begin(), mesh_.arrays.end(), on_corners)) {
     notes.push_back("VTK has no arrays on corners: they are in field data, where only maille knows them");
   }
+  note_pyramids(count_lagrange_pyramids(mesh_), notes);
   return notes;
 }
 

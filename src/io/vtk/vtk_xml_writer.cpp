@@ -6,6 +6,8 @@
 #include <utility>
 
 #include "base/bytes.h"
+#include "io/base64.h"
+#include "io/byte_order.h"
 #include "io/vtk/vtk_field_data.h"
 
 namespace maille {
@@ -231,12 +233,33 @@ void VtkXmlWriter::put_ascii(const VtkXmlData& data) {
   out_.put('\n');
 }
 
-void VtkXmlWriter::put_array(const VtkXmlData& data, uint64_t& offset) {
+std::string vtk_xml_inline(Bytes bytes) {
+  return " format=\"binary\">\n" + to_base64(bytes) + "\n</DataArray>\n";
+}
+
+/// The size in 8 bytes (header_type UInt64), then the values, in the byte order of the file.
+std::vector<std::byte> VtkXmlWriter::with_size(const VtkXmlData& data) const {
+  const uint64_t size = data.bytes().size();
+  std::vector<std::byte> bytes(sizeof size);
+  store(bytes.data(), size);
+  bytes.insert(bytes.end(), data.bytes().begin(), data.bytes().end());
+  if (options_.big_endian) {
+    swap_numbers(std::span(bytes).first(sizeof size), sizeof size);
+    swap_numbers(std::span(bytes).subspan(sizeof size), size_of(data.type));
+  }
+  return bytes;
+}
+
+void VtkXmlWriter::put_array(const VtkXmlData& data, bool may_be_inline, uint64_t& offset) {
   out_.put("<DataArray " + data.attributes);
   if (options_.ascii) {
     out_.put(" format=\"ascii\">");
     put_ascii(data);
     out_.put("</DataArray>\n");
+    return;
+  }
+  if (may_be_inline && data.bytes().size() <= most_inline_bytes) {
+    out_.put(vtk_xml_inline(with_size(data)));
     return;
   }
   out_.put(" format=\"appended\" offset=\"" + std::to_string(offset) + "\"/>\n");
@@ -266,7 +289,9 @@ void VtkXmlWriter::put_appended(const VtkXmlData& data) {
 void VtkXmlWriter::for_each_data(const std::function<void(const VtkXmlData&)>& act) const {
   for (const auto* sections : {&field_, &piece_}) {
     for (const VtkXmlSection& section : *sections) {
-      for (const VtkXmlData& data : section.arrays) act(data);
+      for (const VtkXmlData& data : section.arrays) {
+        if (sections != &field_ || data.bytes().size() > most_inline_bytes) act(data);
+      }
     }
   }
 }
@@ -274,7 +299,7 @@ void VtkXmlWriter::for_each_data(const std::function<void(const VtkXmlData&)>& a
 void VtkXmlWriter::put_sections(const std::vector<VtkXmlSection>& sections, uint64_t& offset) {
   for (const VtkXmlSection& section : sections) {
     out_.put(section.open + "\n");
-    for (const VtkXmlData& data : section.arrays) put_array(data, offset);
+    for (const VtkXmlData& data : section.arrays) put_array(data, &sections == &field_, offset);
     out_.put(section.close + "\n");
   }
 }

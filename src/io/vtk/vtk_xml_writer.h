@@ -38,6 +38,14 @@ struct VtkXmlSection {
 std::optional<std::string> vtk_xml_note(std::initializer_list<std::span<const Array>> arrays,
                                         const std::vector<std::pair<std::string, std::string>>& metadata);
 
+/// Arrays of the field data up to this size stand in their tags as base64, others behind the tags. meshio
+/// (5.0) numbers the latter anew, and may take one for another: mostly short ones, which stand first. Chosen,
+/// not swept.
+inline constexpr size_t most_inline_bytes = 1 << 16;
+/// The attribute, the text and the end of such a tag. `bytes`: in the byte order of the file, led by their
+/// number in 8 bytes.
+std::string vtk_xml_inline(Bytes bytes);
+
 /// Integers as an array, in 32 bits where they fit: VTK reads either, and the file is half the size. Values
 /// must be below 2^63.
 VtkXmlData vtk_xml_numbers(const char* name, std::span<const uint32_t> values);
@@ -87,9 +95,10 @@ class VtkXmlWriter {
   const Array* first_of(Domain domain, Role role) const;
   void for_each_data(const std::function<void(const VtkXmlData&)>& act) const;
   void put_sections(const std::vector<VtkXmlSection>& sections, uint64_t& offset);
-  void put_array(const VtkXmlData& data, uint64_t& offset);
+  void put_array(const VtkXmlData& data, bool may_be_inline, uint64_t& offset);
   void put_ascii(const VtkXmlData& data);
   void put_appended(const VtkXmlData& data);
+  std::vector<std::byte> with_size(const VtkXmlData& data) const;
 
   const Mesh& mesh_;
   BufferedWriter out_;

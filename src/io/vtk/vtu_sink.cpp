@@ -8,6 +8,7 @@
 #include <cstring>
 #include <optional>
 
+#include "base/bytes.h"
 #include "base/region_file.h"
 #include "base/result.h"
 #include "io/vtk/vtk_field_data.h"
@@ -41,7 +42,9 @@ class VtuSink final : public MeshSink {
   Result<> commit() override;
   std::vector<std::string> notes() const override {
     auto note = vtk_xml_note({description_.arrays, description_.mesh_arrays}, description_.metadata);
-    return note ? std::vector<std::string>{std::move(*note)} : std::vector<std::string>();
+    auto notes = note ? std::vector<std::string>{std::move(*note)} : std::vector<std::string>();
+    note_pyramids(lagrange_pyramids_, notes);
+    return notes;
   }
 
  private:
@@ -71,7 +74,7 @@ class VtuSink final : public MeshSink {
   std::optional<Region> names_;  ///< number of the block by cell: what VTK's users see of it
   std::vector<Region> arrays_;
   Scalar point_number_ = Scalar::i32, end_number_ = Scalar::i32;
-  uint64_t cells_ = 0, corners_ = 0;
+  uint64_t cells_ = 0, corners_ = 0, lagrange_pyramids_ = 0;
   uint64_t entries_ = 0, face_entries_ = 0;  ///< of the connectivity and the faces of the file
   std::vector<uint64_t> points_of_piece_, ends_of_piece_, faces_of_piece_, face_ends_of_piece_, sorted_;
   std::vector<uint32_t> narrow_;
@@ -96,7 +99,16 @@ Region VtuSink::add(const std::string& tag, uint64_t size) {
   return region;
 }
 
+/// Adds an array of the field data.
 void VtuSink::add_values(const std::string& tag, Bytes values) {
+  if (values.size() <= most_inline_bytes) {
+    const uint64_t size = values.size();
+    std::vector<std::byte> bytes(sizeof size);
+    store(bytes.data(), size);
+    bytes.insert(bytes.end(), values.begin(), values.end());
+    xml_ += "<DataArray " + tag + vtk_xml_inline(bytes);
+    return;
+  }
   const Region region = add(tag, values.size());
   values_.emplace_back(region, std::vector<std::byte>(values.begin(), values.end()));
 }
@@ -315,6 +327,8 @@ Result<> VtuSink::write_cells(const CellPiece& cells) {
   face_entries_ += faces_of_piece_.size();
   corners_ += cells.connectivity.size();
   cells_ += cells.types.size();
+  lagrange_pyramids_ += static_cast<uint64_t>(
+      std::count(cells.types.begin(), cells.types.end(), static_cast<uint8_t>(CellType::lagrange_pyramid)));
   return {};
 }
 

@@ -7,6 +7,7 @@
 
 #include "base/bytes.h"
 #include "io/buffered_writer.h"
+#include "io/byte_order.h"
 #include "io/mesh_sources.h"
 #include "io/vtk/vtk_xml_reader.h"
 #include "io/vtk/vtu.h"
@@ -120,12 +121,6 @@ class AppendedArray {
   uint64_t loaded_ = UINT64_MAX;
 };
 
-void swap_numbers(std::span<std::byte> bytes, size_t size) {
-  for (size_t i = 0; size > 1 && i + size <= bytes.size(); i += size) {
-    std::reverse(bytes.begin() + static_cast<ptrdiff_t>(i), bytes.begin() + static_cast<ptrdiff_t>(i + size));
-  }
-}
-
 /// A DataArray that is read in parts: its name, type and components, without values, and where these are.
 struct Column {
   Array description;
@@ -165,6 +160,7 @@ class VtuSource final : public MeshSource {
   Result<Column> open_column(pugi::xml_node node, const std::string& where, uint64_t tuples);
   Result<> check_pieces() const;
   Result<> open_data(pugi::xml_node data, Domain domain, Piece& piece, const std::string& where);
+  Result<Array> read_field(pugi::xml_node node, const std::string& where);
   Result<> read_fields(pugi::xml_node grid);
   Result<> read(Column& column, uint64_t first, uint64_t count, std::span<std::byte> out);
   Result<> read_integers(Column& column, uint64_t first, uint64_t count, std::vector<uint64_t>& out);
@@ -304,6 +300,18 @@ Result<> VtuSource::open_piece(pugi::xml_node node) {
   return {};
 }
 
+/// An array of the field data, whose values may also stand in its tag.
+Result<Array> VtuSource::read_field(pugi::xml_node node, const std::string& where) {
+  if (std::string_view(node.attribute("format").as_string()) != "appended")
+    return read_data_array(xml_, node, where, budget_);
+  Column column = MAILLE_TRY(open_column(node, where, UINT64_MAX));
+  Array array = column.description;
+  MAILLE_CHECK(budget_.take(column.tuples, array.tuple_size()));
+  array.resize(column.tuples);
+  MAILLE_CHECK(read(column, 0, column.tuples, array.bytes));
+  return array;
+}
+
 /// Reads fields, which are small, whole; the budget bounds them.
 Result<> VtuSource::read_fields(pugi::xml_node grid) {
   for (const pugi::xml_node data : {grid.child("FieldData"), grid.parent().child("FieldData")}) {
@@ -311,16 +319,14 @@ Result<> VtuSource::read_fields(pugi::xml_node grid) {
       const std::string name = node.attribute("Name").as_string();
       const std::string where = xml_.file + ": FieldData, array \"" + name + "\"";
       const bool text = std::string_view(node.attribute("type").as_string()) == "String" || is_own_text(node);
-      // open_column() knows numbers only, and texts are stored as bytes.
+      // read_field() knows numbers only, and texts are stored as bytes.
       pugi::xml_document copy;
       pugi::xml_node number = copy.append_copy(node);
-      if (text) number.attribute("type").set_value("UInt8");
-      Column column = MAILLE_TRY(open_column(number, where, UINT64_MAX));
-      Array array = column.description;
-      if (text) array.components = 1;
-      MAILLE_CHECK(budget_.take(column.tuples, array.tuple_size()));
-      array.resize(column.tuples);
-      MAILLE_CHECK(read(column, 0, column.tuples, array.bytes));
+      if (text) {
+        number.attribute("type").set_value("UInt8");
+        number.remove_attribute("NumberOfComponents");
+      }
+      Array array = MAILLE_TRY(read_field(number, where));
       if (!text) {
         array.role = vtk_role_of(array, data, node);
         field_.arrays.push_back(std::move(array));

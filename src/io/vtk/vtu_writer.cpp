@@ -116,6 +116,21 @@ std::vector<NamedRun> vtk_block_shapes(const Array& sizes, const std::vector<std
   return shapes;
 }
 
+void note_pyramids(uint64_t lagrange, std::vector<std::string>& notes) {
+  if (lagrange > 0)
+    notes.push_back(counted(lagrange, "Lagrange pyramid") + " written that VTK 9.1 reads, but cannot show");
+}
+
+uint64_t count_lagrange_pyramids(const Mesh& mesh) {
+  uint64_t count = 0;
+  for (const CellBlock& block : mesh.blocks) {
+    if (block.type == CellType::lagrange_pyramid) count += block.size();
+    count += static_cast<uint64_t>(
+        std::count(block.types.begin(), block.types.end(), static_cast<uint8_t>(CellType::lagrange_pyramid)));
+  }
+  return count;
+}
+
 Result<std::vector<std::string>> write_vtu(const Mesh& mesh, Sink& sink, const WriteOptions& options) {
   if (sink.name().ends_with(".pvtu")) {
     return failure(
@@ -132,6 +147,7 @@ Result<std::vector<std::string>> write_vtu(const Mesh& mesh, Sink& sink, const W
   xml.add_block_names(std::string(" ") + vtu_block_mark + "=\"1\"");
   xml.add(section_of(collect_cells(mesh)));
   MAILLE_CHECK(xml.write("UnstructuredGrid", " NumberOfCells=\"" + std::to_string(mesh.cell_count()) + "\""));
+  note_pyramids(count_lagrange_pyramids(mesh), xml.notes);
   return std::move(xml.notes);
 }
 

@@ -87,7 +87,7 @@ FileInfo info_of_stream(const Source& source, const FileReader& reader, const St
   info.types = tail.types;
   info.connectivity.name = "connectivity";
   info.connectivity.domain = Domain::corner;
-  info.connectivity.type = Scalar::u64;
+  info.connectivity.type = Scalar::u32;
   info.connectivity.count = tail.corners;
   info.positions = info_of(header.description.positions, header.bounds[0], header.maps[0][0], tail.points);
   add_from_tail(tail, 0, info.positions);
