@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <set>
 
 #include "files.h"
 #include "in_parts.h"
@@ -93,10 +94,30 @@ Result<std::vector<Found>> find_inputs(const Batch& batch,
   return all;
 }
 
+/// Two names of one file are mostly an input and an output that was meant to be another file, and a name that
+/// is there neither as a file nor as a mesh is mostly an output.
+Result<> check_inputs(const Batch& batch, const std::function<bool(const std::string& path)>& is_wanted) {
+  std::set<std::string> files;
+  for (const std::string& input : batch.inputs) {
+    if (is_url(input) || input == "-") continue;
+    std::error_code error;
+    if (!fs::exists(input, error) && !is_wanted(input)) {
+      return failure(ErrorCode::usage,
+                     input +
+                         ": there is no such file; each of several inputs gets an output of its own, "
+                         "beside it or in --output-folder DIR");
+    }
+    if (!files.insert(fs::weakly_canonical(input, error).string()).second)
+      return failure(ErrorCode::usage, input + ": is named twice; name another output, or each input once");
+  }
+  return {};
+}
+
 }  // namespace
 
 Result<std::vector<BatchItem>> items_of(const Batch& batch,
                                         const std::function<bool(const std::string& path)>& is_wanted) {
+  TOOL_CHECK(check_inputs(batch, is_wanted));
   const std::vector<Found> found = TOOL_TRY(find_inputs(batch, is_wanted));
   std::vector<BatchItem> items;
   std::map<std::string, size_t> uses;

@@ -25,7 +25,8 @@ struct BatchItem {
 };
 
 /// The inputs, and with -r the files of folders and of those below that are `is_wanted` (cases of OpenFOAM as
-/// a whole), by name. Errors (usage): standard input among them; nothing in a folder.
+/// a whole), by name. Errors (usage): standard input among them; one twice; a name that is no file and not
+/// `is_wanted`; nothing in a folder.
 Result<std::vector<BatchItem>> items_of(const Batch& batch,
                                         const std::function<bool(const std::string& path)>& is_wanted);
 

@@ -306,7 +306,10 @@ std::string owners_of(const Parser& parser, const std::string& option) {
     if (verb->get_option_no_throw(option) != nullptr) verbs.push_back(verb->get_name());
   }
   if (verbs.empty()) return "";
-  return fmt::format("; {} {} it", fmt::join(verbs, ", "), verbs.size() == 1 ? "has" : "have");
+  const bool many = verbs.size() > 3;
+  if (many) verbs.resize(1);
+  return fmt::format("; {}{} {} it", fmt::join(verbs, " and "), many ? " and others" : "",
+                     verbs.size() == 1 && !many ? "has" : "have");
 }
 
 // CLI11's own messages use its own terms. These name what the user wrote, and the nearest option there is.

@@ -171,6 +171,19 @@ Result<int> write(const GenerateOptions& options, const BlockDescription& descri
   return written(options, GeneratedCounts::of(mesh), sink.count());
 }
 
+/// A mesh in the place of a dictionary breaks rules that mean nothing to whoever named it.
+Error about_dictionary(const GenerateOptions& options, Error error) {
+  if (error.code != ErrorCode::malformed_input || options.input == "-") return error;
+  const auto input = open_input(options.input);
+  if (!input) return error;
+  const auto format = format_of(*input->source);
+  // A dictionary is recognised as one of OpenFOAM's own files, and what is wrong in it is the answer.
+  if (!format || *format == "polymesh") return error;
+  return {ErrorCode::usage, fmt::format("{}: this is a file of format {}; generate takes a blockMeshDict of "
+                                        "OpenFOAM",
+                                        options.input, *format)};
+}
+
 Result<BlockDictionary> read_input(const GenerateOptions& options) {
   const Limits limits{options.common.memory};
   if (options.input != "-") return read_block_dictionary(options.input, limits);
@@ -186,7 +199,9 @@ Result<int> run(const GenerateOptions& options) {
                                                    : "name a file to write, or give --count");
   }
   TOOL_CHECK(check_json_output(options.common, options.output));
-  const BlockDictionary blocks = TOOL_TRY(read_input(options));
+  auto read = read_input(options);
+  if (!read) return tl::unexpected(about_dictionary(options, std::move(read).error()));
+  const BlockDictionary blocks = *std::move(read);
   say_notes(input_name(options.input), blocks.notes, options.common.quiet);
   auto result = options.count ? count(options, blocks.description) : write(options, blocks.description);
   // Generating happens after reading, so the library no longer knows the name of the dictionary.

@@ -47,7 +47,8 @@ std::string nearest_word(std::string_view word, const std::vector<std::string>& 
   for (const std::string& candidate : candidates) {
     if (candidate.size() > longest_word) continue;
     const size_t distance = distance_of(wanted, lower_case(candidate));
-    if (distance >= least) continue;
+    // Nor is one near that has none of the letters: "v" is not "T".
+    if (distance >= least || distance >= wanted.size()) continue;
     least = distance;
     nearest = candidate;
   }

@@ -60,7 +60,10 @@ try maille extract cube.maille out.ply --triangles few
 try maille extract hexes.maille out.vtu --where 'T > 5'
 try maille slice cube.maille out.vtu
 try maille probe hexes.maille 1,2
-# An option that took the input, and outputs that cannot be.
+# A second name that was meant as the output, several inputs with one output, an option that took the input.
+try maille compress -f tetra.off ./tetra.off
+try maille decompress -f tetra.maille tetra.maille
+try maille compress -f tetra.off cube.ply both.maille
 try maille compress -f -e tetra.off
 try maille compress -f tetra.off folder
 try maille compress tetra.maille
@@ -93,6 +96,7 @@ echo 'once upon a time' > text.ply
 try maille compress text.ply out.maille
 try maille decompress text.ply out.off
 try maille slice tetra.off out.vtp --plane 0,0,0,1,0,0
+try maille generate tetra.off out.vtu
 try maille subdivide hexes.vtu out.off
 try maille compress -f --mode random hexes.vtu out.maille
 try maille extract tetra.off out.ply
