@@ -1,7 +1,6 @@
 #include <maille/folder.h>
 #include <maille/path.h>
 #include <algorithm>
-#include <cctype>
 #include <cstring>
 #include <filesystem>
 #include "base/result.h"
@@ -9,6 +8,7 @@
 #include "container/layout.h"
 #include "io/format.h"
 #include "io/gzip.h"
+#include "io/letters.h"
 #include "io/reading.h"
 
 namespace maille {
@@ -22,11 +22,6 @@ std::vector<const Format*> all_formats() {
           &su2_format(),  &hedra_format(),      &polymesh_format(), &exodus_format(),  &vtkhdf_format(),
           &b3dm_format(), &mz3_format(),        &threemf_format(),  &ensight_format(), &cgns_format(),
           &xdmf_format(), &off_format(),        &stl_format(),      &obj_format()};
-}
-
-std::string lower(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
 }
 
 std::string known_formats() {
@@ -48,7 +43,7 @@ const Format* format_named(const std::string& name) {
 
 /// The extension in lower case, with the dot, and without a ".gz" behind it.
 std::string extension_of(const std::string& path) {
-  std::string name = lower(split_path(path).name);
+  std::string name = lower_case(split_path(path).name);
   if (name.ends_with(".gz")) name.resize(name.size() - 3);
   const size_t dot = name.find_last_of('.');
   return dot == std::string::npos ? "" : name.substr(dot);
@@ -108,7 +103,7 @@ tl::unexpected<Error> unknown_format(const std::string& name, Bytes first_bytes,
 
 Result<const Format*> choose(const std::string& asked, const Source& source) {
   if (!asked.empty()) {
-    if (const Format* format = format_named(lower(asked))) return format;
+    if (const Format* format = format_named(lower_case(asked))) return format;
     return failure(ErrorCode::usage, "unknown format \"" + asked + "\"; known are " + known_formats());
   }
   // polyMesh is the only format that is a folder, and a folder may have any name.
@@ -214,7 +209,7 @@ Result<ReadResult> read_mesh(const Source& source, const ReadOptions& options) {
 
 Result<std::vector<std::string>> write_mesh(const Mesh& mesh, Sink& sink, const WriteOptions& options) {
   const Format* const format =
-      options.format.empty() ? format_by_extension(sink.name()) : format_named(lower(options.format));
+      options.format.empty() ? format_by_extension(sink.name()) : format_named(lower_case(options.format));
   if (format == nullptr) {
     const std::string& what = options.format.empty() ? sink.name() : options.format;
     return unknown_format(what, {}, "no known mesh format; known are ");
@@ -223,7 +218,7 @@ Result<std::vector<std::string>> write_mesh(const Mesh& mesh, Sink& sink, const 
   MAILLE_CHECK(validate(mesh));
   WriteOptions chosen = options;
   chosen.format = format->info.name;
-  if (!lower(sink.name()).ends_with(".gz")) return format->write(mesh, sink, chosen);
+  if (!lower_case(sink.name()).ends_with(".gz")) return format->write(mesh, sink, chosen);
   const std::unique_ptr<Sink> packing = gzip_sink(sink);
   auto notes = MAILLE_TRY(format->write(mesh, *packing, chosen));
   MAILLE_CHECK(packing->commit());
@@ -235,7 +230,7 @@ Result<std::vector<std::string>> write_mesh(const Mesh& mesh, const std::string&
   WriteOptions chosen = options;
   if (chosen.format.empty()) chosen.format = MAILLE_TRY(format_of(path));
   std::unique_ptr<Sink> sink;
-  if (lower(chosen.format) == "polymesh")
+  if (lower_case(chosen.format) == "polymesh")
     sink = MAILLE_TRY(polymesh_sink(path));
   else
     sink = MAILLE_TRY(file_sink(path));

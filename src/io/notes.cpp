@@ -66,13 +66,18 @@ void note_array(const Array& array, std::vector<std::string>& notes) {
   notes.push_back("array " + name + end);
 }
 
-void note_metadata(const std::string& key, std::vector<std::string>& notes) {
+void note_metadata(const std::string& key, const std::string& value, std::vector<std::string>& notes) {
+  // Programs that print take millimetres where a format does not say.
+  if (key == "3mf.unit") {
+    if (value != "millimeter") note_once("that lengths are in the unit " + value + " left out", notes);
+    return;
+  }
   const size_t dot = key.find('.');
   const std::string format = key.substr(0, dot);
   // What readers keep for their own writers (versions, comments, kinds of cells) means nothing to other
   // formats, and a note about it would be noise.
   for (const char* own : {"ply", "obj", "off", "stl", "gltf", "vrml", "vtp", "vtk", "medit", "gmsh", "su2",
-                          "exodus", "mz3", "b3dm", "ensight", "3mf", "cgns"}) {
+                          "exodus", "mz3", "b3dm", "ensight", "cgns"}) {
     if (dot != std::string::npos && format == own) return;
   }
   note_once("metadata \"" + key + "\" left out", notes);

@@ -15,6 +15,6 @@ void note_nan_payloads(const Mesh& mesh, std::vector<std::string>& notes);
 /// 'array "x" on points left out', or one more name in the note that says so of others.
 void note_array(const Array& array, std::vector<std::string>& notes);
 /// Metadata that is not written; keys of readers' own ("ply.", "stl.", ...) are passed over in silence.
-void note_metadata(const std::string& key, std::vector<std::string>& notes);
+void note_metadata(const std::string& key, const std::string& value, std::vector<std::string>& notes);
 
 }  // namespace maille

@@ -3,11 +3,11 @@
 #include <zlib.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cstring>
 
 #include "base/bytes.h"
 #include "base/result.h"
+#include "io/letters.h"
 
 namespace maille {
 namespace {
@@ -60,11 +60,6 @@ bool take_long_sizes(Bytes extra, ZipEntry& entry) {
     return true;
   }
   return false;
-}
-
-bool same_letters(std::string_view a, std::string_view b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                    [](unsigned char x, unsigned char y) { return std::tolower(x) == std::tolower(y); });
 }
 
 /// One run of zlib over deflated bytes; the length is what was claimed, or the archive is damaged.
@@ -226,8 +221,9 @@ Result<ZipReader> ZipReader::open(Bytes bytes, std::string name) {
 
 const ZipEntry* ZipReader::find(std::string_view path) const {
   if (path.starts_with('/')) path.remove_prefix(1);
+  const std::string wanted = lower_case(path);
   for (const ZipEntry& entry : entries_) {
-    if (same_letters(entry.path, path)) return &entry;
+    if (lower_case(entry.path) == wanted) return &entry;
   }
   return nullptr;
 }

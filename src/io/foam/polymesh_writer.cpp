@@ -337,7 +337,7 @@ void PolyMeshWriter::note() {
                         foam_case_prefix,         foam_time_key,
                         foam_banner_key};
     const auto begins = [&key = key](const char* prefix) { return key.starts_with(prefix); };
-    if (std::none_of(known.begin(), known.end(), begins)) note_metadata(key, notes_);
+    if (std::none_of(known.begin(), known.end(), begins)) note_metadata(key, value, notes_);
   }
 }
 

@@ -542,7 +542,7 @@ void note_arrays(const std::vector<Array>& arrays, std::vector<std::string>& not
 
 void note_rest(const std::vector<std::pair<std::string, std::string>>& metadata, Scalar point_type,
                const WriteOptions& options, std::vector<std::string>& notes) {
-  for (const auto& [key, value] : metadata) note_metadata(key, notes);
+  for (const auto& [key, value] : metadata) note_metadata(key, value, notes);
   if (!options.ascii && point_type != Scalar::f64) notes.push_back("positions are written as doubles");
 }
 

@@ -238,7 +238,7 @@ std::vector<std::string> notes_of(const Mesh& mesh, const HedraCells& cells) {
                     " left out: .hedra holds linear volume cells only");
   note_block_names(mesh, notes);
   for (const Array& array : mesh.arrays) note_array(array, notes);
-  for (const auto& [key, value] : mesh.metadata) note_metadata(key, notes);
+  for (const auto& [key, value] : mesh.metadata) note_metadata(key, value, notes);
   note_nan_payloads(mesh, notes);
   return notes;
 }

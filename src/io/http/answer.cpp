@@ -4,6 +4,8 @@
 #include <cctype>
 #include <charconv>
 
+#include "io/letters.h"
+
 namespace maille {
 namespace {
 
@@ -12,13 +14,6 @@ std::string_view trimmed(std::string_view text) {
   while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
   while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
   return text;
-}
-
-std::string lower(std::string_view text) {
-  std::string result(text);
-  std::transform(result.begin(), result.end(), result.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return result;
 }
 
 std::optional<uint64_t> number(std::string_view text) {
@@ -34,7 +29,7 @@ std::optional<uint64_t> number(std::string_view text) {
 // it should be is no range, and the request fails.
 std::optional<HttpAnswer::ContentRange> parse_content_range(std::string_view text) {
   text = trimmed(text);
-  if (text.size() < 6 || lower(text.substr(0, 6)) != "bytes ") return std::nullopt;
+  if (text.size() < 6 || lower_case(text.substr(0, 6)) != "bytes ") return std::nullopt;
   text = trimmed(text.substr(6));
   const size_t slash = text.find('/');
   if (slash == std::string_view::npos) return std::nullopt;
@@ -69,12 +64,12 @@ void HttpAnswer::take(std::string_view line) {
   }
   const size_t colon = line.find(':');
   if (colon == std::string_view::npos) return;
-  const std::string name = lower(line.substr(0, colon));
+  const std::string name = lower_case(line.substr(0, colon));
   const std::string_view value = trimmed(line.substr(colon + 1));
   if (name == "content-range") range = parse_content_range(value);
   if (name == "content-length") length = number(value);
-  if (name == "content-encoding") encoding = lower(value);
-  if (name == "content-type") type = lower(value);
+  if (name == "content-encoding") encoding = lower_case(value);
+  if (name == "content-type") type = lower_case(value);
   if (name == "etag") etag = value;
   if (name == "last-modified") last_modified = value;
 }

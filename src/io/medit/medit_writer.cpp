@@ -144,7 +144,7 @@ void MeditWriter::note_arrays() {
     if (array.name.starts_with("medit:") && array.type == Scalar::u8) continue;
     note_array(array, notes_);
   }
-  for (const auto& [key, value] : mesh_.metadata) note_metadata(key, notes_);
+  for (const auto& [key, value] : mesh_.metadata) note_metadata(key, value, notes_);
 }
 
 bool MeditWriter::flagged(const char* name, Domain domain, uint64_t element) const {

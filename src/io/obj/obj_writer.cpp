@@ -156,7 +156,7 @@ class ObjWriter {
       } else if (key == "mtllib") {
         out_.put("mtllib " + line + "\n");
       } else {
-        note_metadata(key, notes_);
+        note_metadata(key, text, notes_);
       }
     }
     const std::array<const Array*, obj_array_count> arrays = {&mesh_.points, texcoords_.array, normals_.array,

@@ -101,7 +101,7 @@ class OffWriter {
       if (key == "comment" && text.find_first_of("\r\n") == std::string::npos) {
         out_.put(text.empty() ? "#\n" : "# " + text + "\n");
       } else {
-        note_metadata(key, notes_);
+        note_metadata(key, text, notes_);
       }
     }
     std::string wide;

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include "base/bytes.h"
+#include "io/byte_order.h"
 #include "io/ply/ply_table.h"
 
 namespace maille {
@@ -41,20 +42,6 @@ void copy_strided(std::byte* to, size_t to_stride, const std::byte* from, size_t
       for (uint64_t row = 0; row < rows; ++row, to += to_stride, from += from_stride)
         std::memcpy(to, from, size);
   }
-}
-
-template <class T, class Swap>
-void swap_all(std::span<std::byte> bytes, Swap swap) {
-  for (size_t at = 0; at < bytes.size(); at += sizeof(T)) {
-    store(bytes.data() + at, static_cast<T>(swap(load<T>(bytes.data() + at))));
-  }
-}
-
-/// Turns the byte order of numbers of the given size.
-void swap_numbers(std::span<std::byte> bytes, size_t size) {
-  if (size == 2) swap_all<uint16_t>(bytes, [](uint16_t x) { return __builtin_bswap16(x); });
-  if (size == 4) swap_all<uint32_t>(bytes, [](uint32_t x) { return __builtin_bswap32(x); });
-  if (size == 8) swap_all<uint64_t>(bytes, [](uint64_t x) { return __builtin_bswap64(x); });
 }
 
 /// A whole number of at most 32 bits, in the file's byte order. Not for floats; headers with lists counted by

@@ -97,7 +97,7 @@ class StlWriter {
       } else if (key == "stl.normals") {
         zero_normals_ = text == "zero";
       } else {
-        note_metadata(key, notes_);
+        note_metadata(key, text, notes_);
       }
     }
   }

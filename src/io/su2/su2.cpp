@@ -358,7 +358,7 @@ Result<std::vector<std::string>> Su2Writer::write() {
   put_markers();
   for (const auto& [key, value] : mesh_.metadata) {
     if (key == other_key) put_other(value);
-    note_metadata(key, notes_);
+    note_metadata(key, value, notes_);
   }
   if (written_ != mesh_.cell_count()) {
     notes_.push_back(counted(mesh_.cell_count() - written_, "cell") + " left out: SU2 has linear cells only");

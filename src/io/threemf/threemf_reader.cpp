@@ -322,10 +322,11 @@ Result<bool> ThreeMfReader::read_meshes(bool wide) {
 
 Result<> ThreeMfReader::add_metadata(pugi::xml_node model) {
   const std::string unit = model.attribute("unit").value();
-  if (!unit.empty() && unit != "millimeter") {
-    result_.mesh.metadata.emplace_back("3mf.unit", unit);
+  // A model that says nothing counts in millimetres. Kept, since other formats do not know where a mesh came
+  // from.
+  result_.mesh.metadata.emplace_back("3mf.unit", unit.empty() ? "millimeter" : unit);
+  if (!unit.empty() && unit != "millimeter")
     result_.notes.push_back("lengths are in the unit " + unit.substr(0, 20));
-  }
   CommentRoom room;
   for (const pugi::xml_node entry : model.children("metadata")) {
     const std::string key = entry.attribute("name").value(), value = entry.child_value();

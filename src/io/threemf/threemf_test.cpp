@@ -85,6 +85,17 @@ TEST(ThreeMf, ComesBackAsItWasWritten) {
   EXPECT_THAT(result.notes, ElementsAre("lengths are in the unit inch"));
 }
 
+TEST(ThreeMf, CountsInMillimetresWhereItSaysNothing) {
+  const auto metadata = read_good(package(one_object())).mesh.metadata;
+  EXPECT_THAT(metadata, ElementsAre(std::pair<std::string, std::string>{"3mf.unit", "millimeter"}));
+}
+
+TEST(ThreeMf, TellsOtherFormatsOfTitlesAndUnits) {
+  const std::vector<std::string> notes = write_text(off_format(), three_triangles()).notes;
+  EXPECT_TRUE(has_note(notes, "that lengths are in the unit inch left out"));
+  EXPECT_TRUE(has_note(notes, "metadata \"3mf.metadata.Title\" left out"));
+}
+
 TEST(ThreeMf, KeepsDoublesWhereOneIsMoreThanAFloat) {
   Mesh mesh = three_triangles();
   mesh.points = make_array("position", Domain::point, Scalar::f64, 3);

@@ -196,7 +196,9 @@ void ThreeMfWriter::note_rest() {
       names += mesh_.blocks[object.blocks[i]].name.empty() ? 0 : 1;
   }
   if (names != 0) notes_.push_back("the names of " + counted(names, "block") + " left out");
-  for (const auto& [key, text] : mesh_.metadata) note_metadata(key, notes_);
+  for (const auto& [key, text] : mesh_.metadata) {
+    if (!key.starts_with("3mf.")) note_metadata(key, text, notes_);
+  }
 }
 
 Result<> ThreeMfWriter::plan() {

@@ -98,7 +98,7 @@ void VrmlWriter::note_rest() {
                                   [&](const Values& values) { return values.array == &array; });
     if (!used) note_array(array, notes_);
   }
-  for (const auto& [key, value] : mesh_.metadata) note_metadata(key, notes_);
+  for (const auto& [key, value] : mesh_.metadata) note_metadata(key, value, notes_);
   note_nan_payloads(mesh_, notes_);
   const auto has_double = [](const Array& array) { return array.type == Scalar::f64; };
   if (has_double(mesh_.points) || std::any_of(values_.begin(), values_.end(), [&](const Values& v) {

@@ -9,6 +9,7 @@
 
 #include "io/buffered_writer.h"
 #include "io/format.h"
+#include "io/letters.h"
 #include "io/vtk/vtk_legacy_reader.h"
 #include "io/vtk/vtu.h"
 
@@ -35,12 +36,6 @@ constexpr struct {
                       {"vtkidtype", Scalar::i32},
                       {"signed_char", Scalar::i8},
                       {"bit", Scalar::u8}};
-
-std::string lower_case(std::string_view text) {
-  std::string lower(text);
-  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return lower;
-}
 
 template <class T>
 bool parse_token(std::string_view token, T& value) {

@@ -162,6 +162,30 @@ TEST(VtuWriter, TellsNamesOfBlocksToOthers) {
   EXPECT_THAT(text, HasSubstr("Name=\"block_labels\""));
 }
 
+TEST(VtuWriter, KeepsShortFieldDataInTheirTags) {
+  Mesh mesh = random_volume(1, {});
+  mesh.blocks[0].name = "inlet";
+  const std::string text = write_text(vtu_format(), mesh).text;
+  const std::string fields = text.substr(0, text.find("<Piece"));
+  EXPECT_THAT(fields, HasSubstr("Name=\"maille_block_names\""));
+  EXPECT_THAT(fields, ::testing::Not(HasSubstr("appended")));
+  for (const bool big_endian : {false, true}) {
+    const auto again =
+        read_text(vtu_format(), write_text(vtu_format(), mesh, {.big_endian = big_endian}).text);
+    ASSERT_TRUE(again) << again.error().message;
+    expect_same_mesh(again->mesh, mesh);
+  }
+}
+
+TEST(VtuWriter, SaysThatVtkCannotShowLagrangePyramids) {
+  Mesh mesh;
+  mesh.points.resize(14);
+  mesh.blocks.push_back(
+      {"", CellType::lagrange_pyramid, {}, {0, 14}, {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13}});
+  EXPECT_THAT(write_text(vtu_format(), mesh).notes,
+              ::testing::ElementsAre("1 Lagrange pyramid written that VTK 9.1 reads, but cannot show"));
+}
+
 TEST(VtuReader, SurvivesRandomDamage) {
   for (const char* name :
        {"ascii.vtu", "appended_lz4.vtu", "base64_zlib.vtu", "polyhedra.vtu", "appended_lzma.vtu"}) {

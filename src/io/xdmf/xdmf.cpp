@@ -13,6 +13,7 @@
 #include "io/beside.h"
 #include "io/cell_store.h"
 #include "io/hdf5/hdf5_file.h"
+#include "io/letters.h"
 #include "io/numbers.h"
 #include "io/reading.h"
 #include "io/text_scanner.h"
@@ -51,12 +52,6 @@ const ElementType* element_type(Matches matches) {
   return known == std::end(element_types) ? nullptr : known;
 }
 
-std::string lower(std::string_view text) {  // XDMF does not mind the case of letters
-  std::string out(text);
-  for (char& c : out) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return out;
-}
-
 /// An attribute has other names in version 2.
 std::string attribute(const pugi::xml_node& node, const char* name, const char* old_name) {
   const pugi::xml_attribute found = node.attribute(name);
@@ -64,8 +59,8 @@ std::string attribute(const pugi::xml_node& node, const char* name, const char* 
 }
 
 bool is_collection(const pugi::xml_node& grid, std::string_view type) {
-  const std::string kind = lower(attribute(grid, "GridType", "Type"));
-  const std::string collection = lower(grid.attribute("CollectionType").value());
+  const std::string kind = lower_case(attribute(grid, "GridType", "Type"));
+  const std::string collection = lower_case(grid.attribute("CollectionType").value());
   return (kind == "collection" && (collection.empty() ? "spatial" : collection) == type) ||
          (kind == "tree" && type == "spatial");
 }
@@ -170,7 +165,7 @@ Result<> XdmfReader::find_grids(const pugi::xml_node& node, unsigned depth) {
     for (const pugi::xml_node child : node.children("Grid")) MAILLE_CHECK(find_grids(child, depth + 1));
     return {};
   }
-  const std::string kind = lower(attribute(node, "GridType", "Type"));
+  const std::string kind = lower_case(attribute(node, "GridType", "Type"));
   if (!kind.empty() && kind != "uniform")
     return unsupported("a Grid of type \"" + kind + "\" cannot be read where it stands; Uniform can");
   const pugi::xml_node topology = MAILLE_TRY(part_of(node, "Topology"));
@@ -187,7 +182,7 @@ Result<> XdmfReader::make_budget() {
     for (const pugi::xml_node item : parent.children("DataItem")) {
       const std::string text(trim(item.text().get()));
       const std::string file = text.substr(0, text.find(':'));
-      if (lower(item.attribute("Format").value()) != "hdf" || !files.insert(file).second) continue;
+      if (lower_case(item.attribute("Format").value()) != "hdf" || !files.insert(file).second) continue;
       const auto opened = MAILLE_TRY(open_beside(source_.name(), file));
       bytes += opened->size() > UINT64_MAX / 32 ? 0 : 16 * opened->size();  // packed by deflate, as VTKHDF
       files_beside_.push_back(opened->name());
@@ -205,8 +200,8 @@ Result<> XdmfReader::make_budget() {
 
 /// The numbers of a DataItem in the order of the file, each a tuple.
 Result<Array> XdmfReader::values(const pugi::xml_node& item) {
-  const std::string kind = lower(attribute(item, "ItemType", "Type"));
-  const std::string format = lower(item.attribute("Format").value());
+  const std::string kind = lower_case(attribute(item, "ItemType", "Type"));
+  const std::string format = lower_case(item.attribute("Format").value());
   if (!item) return malformed("a DataItem is missing");
   if ((!kind.empty() && kind != "uniform") || item.attribute("Reference"))
     return unsupported("a DataItem of type \"" + kind + "\" or with a Reference cannot be read; Uniform can");
@@ -216,7 +211,7 @@ Result<Array> XdmfReader::values(const pugi::xml_node& item) {
 }
 
 Result<Array> XdmfReader::values_in_text(const pugi::xml_node& item) {
-  const std::string type = lower(attribute(item, "NumberType", "DataType"));
+  const std::string type = lower_case(attribute(item, "NumberType", "DataType"));
   const int precision = item.attribute("Precision").as_int(4);
   const bool real = type.empty() || type == "float";
   const Scalar scalar = real && precision == 8 ? Scalar::f64 : real ? Scalar::f32 : Scalar::i64;
@@ -257,7 +252,7 @@ Result<Array> XdmfReader::values_in_hdf5(const std::string& text) {
 }
 
 Result<> XdmfReader::read_points(const Grid& grid) {
-  const std::string kind = lower(attribute(grid.geometry, "GeometryType", "Type"));
+  const std::string kind = lower_case(attribute(grid.geometry, "GeometryType", "Type"));
   const bool flat = kind == "xy";
   if (!flat && !kind.empty() && kind != "xyz")
     return unsupported("a Geometry of type \"" + kind + "\" cannot be read; XYZ and XY can");
@@ -292,7 +287,7 @@ Result<> XdmfReader::add_nodes(std::span<const int64_t> nodes) {
 }
 
 Result<> XdmfReader::read_cells(const Grid& grid) {
-  const std::string kind = lower(attribute(grid.topology, "TopologyType", "Type"));
+  const std::string kind = lower_case(attribute(grid.topology, "TopologyType", "Type"));
   const std::string name = grids_.size() == 1 ? "" : grid.node.attribute("Name").value();
   const Array array = MAILLE_TRY(values(grid.topology.child("DataItem")));
   if (is_float(array.type) && array.count() != 0) return malformed("a Topology is not of integers");
@@ -348,7 +343,7 @@ Result<> XdmfReader::read_arrays(const Grid& grid) {
   for (const pugi::xml_node node : grid.node.children()) {
     const std::string_view tag = node.name();
     if (tag == "Topology" || tag == "Geometry" || tag == "Time" || tag.ends_with("include")) continue;
-    const std::string center = lower(node.attribute("Center").value());
+    const std::string center = lower_case(node.attribute("Center").value());
     const bool at_points = center.empty() || center == "node", at_cells = center == "cell";
     const std::string name = node.attribute("Name").value();
     if (tag != "Attribute" || (!at_points && !at_cells)) {

@@ -68,8 +68,8 @@ struct Coded {
 };
 
 /// Codes an array, after a look at what the decoder makes of it.
-Coded code(const CodedMesh& patch, const Array& array) {
-  const auto maps = choose_maps(array, {}, false);
+Coded code(const CodedMesh& patch, const Array& array, const Tolerance& tolerance = {}) {
+  const auto maps = choose_maps(array, tolerance, false);
   EXPECT_TRUE(maps);
   const auto sources = patch.sources(array);
   Coded coded{encode_array(patch.elements(), array, *maps, sources, false)};
@@ -95,6 +95,12 @@ TEST(FacetNormals, CostNothingWhereAFormulaInDoublesGivesThem) {
     if (formula.cross_in_float() || formula.length_in_float()) continue;
     EXPECT_LT(code(patch, computed(patch.mesh, formula)).bits, 0.3) << bits;
   }
+}
+
+TEST(FacetNormals, OfAFormulaStayExactWhereABoundWouldTakeMore) {
+  const CodedMesh patch(to_mesh(hills()));
+  const Array array = computed(patch.mesh, {});
+  EXPECT_EQ(code(patch, array, {Tolerance::Kind::bits, 10}).bytes.size(), code(patch, array).bytes.size());
 }
 
 TEST(FacetNormals, CostTheirCornerWhereAFormulaInFloatsGivesThem) {
