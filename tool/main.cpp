@@ -1,8 +1,7 @@
 #include <maille/source.h>
 
-#include <cerrno>
-#include <cstring>
 #include <new>
+#include <string>
 
 #include "command_line.h"
 #include "system.h"
@@ -29,8 +28,9 @@ int main(int argc, char** argv) {
     const auto result = run(argc, arguments);
     if (result) return *result;
     // A reader that has seen enough, as in `| head`, needs no message; the exit code is for scripts.
-    const bool is_closed_pipe = result.error().message.ends_with(std::strerror(EPIPE));
-    if (!is_closed_pipe) maille::tool::complain(maille::tool::sentence_of(result.error()));
+    const maille::Error& error = result.error();
+    if (!maille::tool::is_of_closed_pipe(error.message))
+      maille::tool::complain(maille::tool::sentence_of(error));
     return static_cast<int>(result.error().code);
   } catch (const std::bad_alloc&) {
     maille::remove_unfinished_files();

@@ -154,6 +154,7 @@ Parser::Parser() {
   app.set_version_flag("-V,--version", "Print the version");
   // Behind the verb, a word is a name: `maille compress d` reads a file d, decompress is not meant.
   app.require_subcommand(0, 1);
+  app.allow_windows_style_options(false);  // "/scan.ply" is a path on Windows, too
   add_compress();
   add_decompress();
   add_append();

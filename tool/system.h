@@ -8,10 +8,13 @@
 
 namespace maille::tool {
 
-/// The arguments of main() in UTF-8.
+/// The arguments of main() in UTF-8. Standard streams are made to take bytes as they are, and terminals
+/// UTF-8.
 char** utf8_arguments(int& count, char** arguments);
 /// Signals that end the process remove unfinished files first; a closed pipe is an error of writing.
 void install_signal_handlers();
+/// Whether this message is that of writing to a pipe whose reader went away.
+bool is_of_closed_pipe(const std::string& message);
 /// Two paths lead to one file, through links and mounts. Not said of character devices: /dev/null may be both
 /// input and output.
 bool is_same_file(const std::string& a, const std::string& b);

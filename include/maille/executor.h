@@ -17,7 +17,8 @@ class Executor {
 
 /// Runs everything in the calling thread. Used where no executor is given.
 Executor& serial_executor();
-/// oneTBB with at most `threads` threads; 0: as many as the machine has. (Not in the core library.)
+/// At most `threads` threads, of oneTBB (on Windows, of the standard library); 0: as many as the machine has.
+/// (Not in the core library.)
 std::unique_ptr<Executor> thread_executor(unsigned threads);
 
 /// How far a long job has come.

@@ -55,6 +55,10 @@ void install_signal_handlers() {
   for (const int signal : {SIGPIPE, SIGXFSZ}) std::signal(signal, SIG_IGN);
 }
 
+bool is_of_closed_pipe(const std::string& message) {
+  return message.ends_with(std::strerror(EPIPE));
+}
+
 // One file has one device and one inode.
 bool is_same_file(const std::string& a, const std::string& b) {
   struct stat first = {}, second = {};

@@ -6,7 +6,7 @@ namespace maille {
 Result<std::function<ChildProcess::Answer()>> hdf5_reader(const Source& source) {
   return failure(ErrorCode::unsupported,
                  source.name() +
-                     ": this maille was built without HDF5; write the mesh as .vtu, or "
+                     ": this maille was built without HDF5; write the mesh as .vtk (legacy), or "
                      "in a classic format of netCDF (nccopy -k cdf5), and read that");
 }
 
