@@ -106,7 +106,9 @@ Result<EncodeReport> encode(const Mesh& mesh, Sink& sink, const EncodeOptions& a
   if (options.mode == Mode::stream && options.most_cells_per_part)
     return encode_in_pieces(mesh, sink, options, *options.most_cells_per_part);
   if (options.mode == Mode::stream) return encode_stream(mesh, sink, options);
-  return encode_random(mesh, sink, options, {.sizes = ChartSizes::of(options.most_cells_per_part)});
+  HierarchyOptions hierarchy;
+  hierarchy.sizes = ChartSizes::of(options.most_cells_per_part);
+  return encode_random(mesh, sink, options, hierarchy);
 }
 
 Result<EncodeReport> encode(MeshSource& mesh, Sink& sink, const EncodeOptions& asked,
