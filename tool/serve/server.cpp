@@ -270,7 +270,7 @@ bool is_address(const std::string& input) {
 Result<> check_shown(const std::string& name) {
   if (is_maille(*TOOL_TRY(file_source(name))) || name.ends_with(".glb") || name.ends_with(".gltf")) return {};
   return failure(ErrorCode::corrupt,
-                 fmt::format("{}: is no .maille file; make one of a mesh: maille compress MESH", name));
+                 fmt::format("{}: is not a .maille file; make one of a mesh: maille compress MESH", name));
 }
 
 }  // namespace
