@@ -137,7 +137,7 @@ void save_charts(const std::filesystem::path& folder, uint64_t seed, const Mesh&
   std::vector<std::byte> file;
   const auto sink = memory_sink(file);
   HierarchyOptions small;
-  small.chart_faces = 12;
+  small.sizes = {12, 12};
   if (!encode_random(mesh, *sink, options, small)) return;
   const std::string name = std::to_string(seed);
   save(folder / "random_fuzz" / (name + ".file"), static_cast<uint8_t>(2 * seed), file);

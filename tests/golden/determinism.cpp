@@ -115,7 +115,7 @@ Result<std::vector<std::byte>> compress(const Mesh& mesh, const Way& way, Execut
   EncodeOptions options = way.options;
   options.executor = executor;
   HierarchyOptions charts;
-  charts.chart_faces = way.chart_faces;
+  charts.sizes = {way.chart_faces, way.chart_faces};
   const auto report =
       way.chart_faces == 0 ? encode(mesh, *sink, options) : encode_random(mesh, *sink, options, charts);
   if (!report) return tl::unexpected(report.error());
