@@ -101,13 +101,13 @@ Result<> check_inputs(const Batch& batch, const std::function<bool(const std::st
   for (const std::string& input : batch.inputs) {
     if (is_url(input) || input == "-") continue;
     std::error_code error;
-    if (!fs::exists(input, error) && !is_wanted(input)) {
+    if (!fs::exists(to_path(input), error) && !is_wanted(input)) {
       return failure(ErrorCode::usage,
                      input +
                          ": there is no such file; each of several inputs gets an output of its own, "
                          "beside it or in --output-folder DIR");
     }
-    if (!files.insert(fs::weakly_canonical(input, error).string()).second)
+    if (!files.insert(to_utf8(fs::weakly_canonical(to_path(input), error))).second)
       return failure(ErrorCode::usage, input + ": is named twice; name another output, or each input once");
   }
   return {};
