@@ -233,24 +233,23 @@ void VtkXmlWriter::put_ascii(const VtkXmlData& data) {
   out_.put('\n');
 }
 
-std::string vtk_xml_inline(Bytes bytes) {
+std::string vtk_xml_inline(Bytes values, size_t number_size, bool big_endian) {
+  const uint64_t size = values.size();
+  std::vector<std::byte> bytes(sizeof size);
+  store(bytes.data(), size);
+  bytes.insert(bytes.end(), values.begin(), values.end());
+  if (big_endian) {
+    swap_numbers(std::span(bytes).first(sizeof size), sizeof size);
+    swap_numbers(std::span(bytes).subspan(sizeof size), number_size);
+  }
   return " format=\"binary\">\n" + to_base64(bytes) + "\n</DataArray>\n";
 }
 
-/// The size in 8 bytes (header_type UInt64), then the values, in the byte order of the file.
-std::vector<std::byte> VtkXmlWriter::with_size(const VtkXmlData& data) const {
-  const uint64_t size = data.bytes().size();
-  std::vector<std::byte> bytes(sizeof size);
-  store(bytes.data(), size);
-  bytes.insert(bytes.end(), data.bytes().begin(), data.bytes().end());
-  if (options_.big_endian) {
-    swap_numbers(std::span(bytes).first(sizeof size), sizeof size);
-    swap_numbers(std::span(bytes).subspan(sizeof size), size_of(data.type));
-  }
-  return bytes;
+bool VtkXmlWriter::is_inline(const std::vector<VtkXmlSection>& of, const VtkXmlData& data) const {
+  return &of == &field_ && data.bytes().size() <= most_inline_bytes;
 }
 
-void VtkXmlWriter::put_array(const VtkXmlData& data, bool may_be_inline, uint64_t& offset) {
+void VtkXmlWriter::put_array(const VtkXmlData& data, bool in_tag, uint64_t& offset) {
   out_.put("<DataArray " + data.attributes);
   if (options_.ascii) {
     out_.put(" format=\"ascii\">");
@@ -258,8 +257,8 @@ void VtkXmlWriter::put_array(const VtkXmlData& data, bool may_be_inline, uint64_
     out_.put("</DataArray>\n");
     return;
   }
-  if (may_be_inline && data.bytes().size() <= most_inline_bytes) {
-    out_.put(vtk_xml_inline(with_size(data)));
+  if (in_tag) {
+    out_.put(vtk_xml_inline(data.bytes(), size_of(data.type), options_.big_endian));
     return;
   }
   out_.put(" format=\"appended\" offset=\"" + std::to_string(offset) + "\"/>\n");
@@ -290,7 +289,7 @@ void VtkXmlWriter::for_each_data(const std::function<void(const VtkXmlData&)>& a
   for (const auto* sections : {&field_, &piece_}) {
     for (const VtkXmlSection& section : *sections) {
       for (const VtkXmlData& data : section.arrays) {
-        if (sections != &field_ || data.bytes().size() > most_inline_bytes) act(data);
+        if (!is_inline(*sections, data)) act(data);
       }
     }
   }
@@ -299,7 +298,7 @@ void VtkXmlWriter::for_each_data(const std::function<void(const VtkXmlData&)>& a
 void VtkXmlWriter::put_sections(const std::vector<VtkXmlSection>& sections, uint64_t& offset) {
   for (const VtkXmlSection& section : sections) {
     out_.put(section.open + "\n");
-    for (const VtkXmlData& data : section.arrays) put_array(data, &sections == &field_, offset);
+    for (const VtkXmlData& data : section.arrays) put_array(data, is_inline(sections, data), offset);
     out_.put(section.close + "\n");
   }
 }

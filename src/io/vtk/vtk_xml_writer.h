@@ -42,9 +42,9 @@ std::optional<std::string> vtk_xml_note(std::initializer_list<std::span<const Ar
 /// (5.0) numbers the latter anew, and may take one for another: mostly short ones, which stand first. Chosen,
 /// not swept.
 inline constexpr size_t most_inline_bytes = 1 << 16;
-/// The attribute, the text and the end of such a tag. `bytes`: in the byte order of the file, led by their
-/// number in 8 bytes.
-std::string vtk_xml_inline(Bytes bytes);
+/// The attribute, the text and the end of such a tag: the number of bytes in 8 bytes (header_type UInt64),
+/// then the values. `big_endian`: of the file; then both are turned, values as numbers of `number_size`.
+std::string vtk_xml_inline(Bytes values, size_t number_size = 1, bool big_endian = false);
 
 /// Integers as an array, in 32 bits where they fit: VTK reads either, and the file is half the size. Values
 /// must be below 2^63.
@@ -95,10 +95,11 @@ class VtkXmlWriter {
   const Array* first_of(Domain domain, Role role) const;
   void for_each_data(const std::function<void(const VtkXmlData&)>& act) const;
   void put_sections(const std::vector<VtkXmlSection>& sections, uint64_t& offset);
-  void put_array(const VtkXmlData& data, bool may_be_inline, uint64_t& offset);
+  /// Whether an array stands in its tag: a short one of the field data.
+  bool is_inline(const std::vector<VtkXmlSection>& of, const VtkXmlData& data) const;
+  void put_array(const VtkXmlData& data, bool in_tag, uint64_t& offset);
   void put_ascii(const VtkXmlData& data);
   void put_appended(const VtkXmlData& data);
-  std::vector<std::byte> with_size(const VtkXmlData& data) const;
 
   const Mesh& mesh_;
   BufferedWriter out_;

@@ -8,7 +8,6 @@
 #include <cstring>
 #include <optional>
 
-#include "base/bytes.h"
 #include "base/region_file.h"
 #include "base/result.h"
 #include "io/vtk/vtk_field_data.h"
@@ -102,11 +101,7 @@ Region VtuSink::add(const std::string& tag, uint64_t size) {
 /// Adds an array of the field data.
 void VtuSink::add_values(const std::string& tag, Bytes values) {
   if (values.size() <= most_inline_bytes) {
-    const uint64_t size = values.size();
-    std::vector<std::byte> bytes(sizeof size);
-    store(bytes.data(), size);
-    bytes.insert(bytes.end(), values.begin(), values.end());
-    xml_ += "<DataArray " + tag + vtk_xml_inline(bytes);
+    xml_ += "<DataArray " + tag + vtk_xml_inline(values);
     return;
   }
   const Region region = add(tag, values.size());
