@@ -358,12 +358,6 @@ std::vector<uint32_t> sequence_of_points(const std::vector<CellBlock>& blocks, c
   return number;
 }
 
-std::vector<uint32_t> inverse(const std::vector<uint32_t>& sequence) {
-  std::vector<uint32_t> places(sequence.size());
-  for (size_t i = 0; i < sequence.size(); ++i) places[sequence[i]] = static_cast<uint32_t>(i);
-  return places;
-}
-
 /// A permutation of `size` elements, `first` being the least: each as its difference from the one after that
 /// before. False: damaged. Elements that come twice are refused, so that what is decoded is a permutation.
 template <class Coder>
@@ -408,6 +402,12 @@ void rearrange(Array& array, const std::vector<uint32_t>& place) {
 }
 
 }  // namespace
+
+std::vector<uint32_t> inverse(const std::vector<uint32_t>& sequence) {
+  std::vector<uint32_t> places(sequence.size());
+  for (size_t i = 0; i < sequence.size(); ++i) places[sequence[i]] = static_cast<uint32_t>(i);
+  return places;
+}
 
 // Polyhedra, polygons of any size and loose cells have none.
 bool all_have_shapes(const Mesh& mesh) {

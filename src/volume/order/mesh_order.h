@@ -47,6 +47,9 @@ CodedOrder encode_order(const Mesh& mesh, const CellOrders& orders, const CellTu
 CodedOrder encode_plain_order(const Mesh& mesh, const CellOrders& orders, const CellTurns& turns,
                               bool points_only);
 
+/// Of a permutation: where each number stands in it.
+std::vector<uint32_t> inverse(const std::vector<uint32_t>& sequence);
+
 /// Where the input's points and cells stand in the coded order: points[i] is the number there of its point i,
 /// cells[i] that of its cell i, through all blocks.
 struct InputOrder {

@@ -19,18 +19,6 @@
 namespace maille {
 namespace {
 
-// The same limits as check_options() of a stream has.
-Result<> check_arrays(const std::vector<StreamArray>& arrays) {
-  for (const StreamArray& array : arrays) {
-    if (array.components == 0 || array.components > 0xffff)
-      return failure(ErrorCode::usage, "array \"" + array.name + "\" must have 1 to 65535 components");
-    if (array.domain != Domain::point && array.domain != Domain::cell)
-      return failure(ErrorCode::unsupported, "array \"" + array.name + "\" is on " + name_of(array.domain) +
-                                                 "s; a step has arrays on points and on cells");
-  }
-  return {};
-}
-
 struct Counts {
   uint64_t points, cells;
 };
@@ -41,7 +29,7 @@ class InOrderOfStream final : public StepSource {
  public:
   InOrderOfStream(StepSource& values, const InputOrder& order, std::vector<StreamArray> arrays)
       : values_(values),
-        points_(inverse(order.points)),
+        points_(inverse(order.points)),  // permutations, as decode_order() has checked
         cells_(inverse(order.cells)),
         arrays_(std::move(arrays)) {}
   Result<> read(size_t array, uint64_t number, std::byte* out) override {
@@ -52,13 +40,6 @@ class InOrderOfStream final : public StepSource {
   }
 
  private:
-  /// The list is a permutation, as decode_order() has checked.
-  static std::vector<uint32_t> inverse(const std::vector<uint32_t>& places) {
-    std::vector<uint32_t> numbers(places.size());
-    for (uint32_t i = 0; i < places.size(); ++i) numbers[places[i]] = i;
-    return numbers;
-  }
-
   StepSource& values_;
   std::vector<uint32_t> points_, cells_;
   std::vector<StreamArray> arrays_;
@@ -161,7 +142,7 @@ Result<StepTarget> open_for_step(const Source& source, const StepHeader& step) {
     return failure(ErrorCode::usage, source.name() + ": " + what);
   };
   if (!std::isfinite(step.time)) return refused("the time of a step has to be a finite number");
-  MAILLE_CHECK(check_arrays(step.arrays));
+  MAILLE_CHECK(check_stream_arrays(step.arrays, "step"));
   StepTarget target;
   target.file = std::make_unique<FileReader>(MAILLE_TRY(FileReader::open(source, stream_chunk_types)));
   const FileReader& file = *target.file;
@@ -243,7 +224,7 @@ Result<StepReport> append_step(const std::string& path, double time, const Mesh&
     columns.push_back(&array);
   }
   step.arrays = stream.arrays;
-  MAILLE_CHECK(check_arrays(step.arrays));
+  MAILLE_CHECK(check_stream_arrays(step.arrays, "step"));
   ArrayMapsList maps = MAILLE_TRY(choose_stream_maps(mesh, stream));
   step.maps.assign(maps.maps.begin() + 1, maps.maps.end());
   step.bounds.assign(maps.bounds.begin() + 1, maps.bounds.end());

@@ -52,6 +52,8 @@ inline void set_maps_of_zeros(ArrayMapsList& list) {
   }
 }
 
+/// `holder`: "stream" or "step". Errors: usage (components), unsupported (arrays on corners and the like).
+Result<> check_stream_arrays(const std::vector<StreamArray>& arrays, const std::string& holder);
 /// What can be told from the options alone. Error: usage, unsupported.
 Result<> check_stream_options(const StreamOptions& options);
 /// A writer with such maps, instead of those that can be told from the declarations alone.

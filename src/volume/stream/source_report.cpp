@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "base/result.h"
-#include "volume/stream/mesh_stream.h"
 #include "volume/stream/stream_file.h"
 
 namespace maille {
@@ -37,10 +36,7 @@ Result<StreamOptions> stream_options_of(const MeshDescription& mesh, const Encod
       return failure(ErrorCode::usage, "the mesh has no array named \"" + name + "\"");
   }
   stream.mesh_arrays = mesh.mesh_arrays;
-  copy_options(mesh, options, stream);
-  MAILLE_CHECK(
-      check_stream_options(stream));  // here, as a file in pieces may have none that a writer would check
-  return stream;
+  return complete_options(mesh, options, std::move(stream));
 }
 
 EncodeReport report_of(const MeshDescription& mesh) {

@@ -8,13 +8,14 @@
 
 #include <optional>
 
+#include "base/result.h"
 #include "description/description.h"
 #include "volume/order/mesh_order.h"
+#include "volume/stream/mesh_stream.h"
 #include "volume/stream/stream_layout.h"
 
 namespace maille {
 
-struct ArrayMapsList;
 class FileReader;
 
 // encode(), decode() and inspect() for files of mode `stream`: a mesh in memory goes through StreamWriter and
@@ -54,15 +55,19 @@ Result<EncodeReport> encode_stream_by(const Mesh& mesh, Sink& sink, const Encode
                                       StreamOptions stream, ArrayMapsList maps,
                                       std::vector<uint32_t>* coded_points = nullptr);
 
-/// What encode() is told and a stream takes as it is, of a mesh in memory or in parts.
+/// Adds what encode() is told and a stream takes as it is, of a mesh in memory or in parts, and checks all of
+/// it: here, as a file in pieces may have no stream whose writer would.
 template <class AnyMesh>
-void copy_options(const AnyMesh& mesh, const EncodeOptions& options, StreamOptions& stream) {
+Result<StreamOptions> complete_options(const AnyMesh& mesh, const EncodeOptions& options,
+                                       StreamOptions stream) {
   stream.metadata = mesh.metadata;
   stream.provenance = options.provenance;
   stream.effort = options.effort;
   stream.time = options.time;
   stream.any_order = options.order == Order::canonical;
   stream.executor = options.executor;
+  MAILLE_CHECK(check_stream_options(stream));
+  return stream;
 }
 
 /// What a stream says before its first and after its last cell. Error: corrupt when either is missing,

@@ -579,10 +579,7 @@ Result<StreamOptions> stream_options_of(const Mesh& mesh, const EncodeOptions& o
       return failure(ErrorCode::usage, "the mesh has no array named \"" + name + "\"");
     }
   }
-  copy_options(mesh, options, stream);
-  MAILLE_CHECK(
-      check_stream_options(stream));  // here, as a file in pieces may have none that a writer would check
-  return stream;
+  return complete_options(mesh, options, std::move(stream));
 }
 
 Result<EncodeReport> encode_stream(const Mesh& mesh, Sink& sink, const EncodeOptions& options) {

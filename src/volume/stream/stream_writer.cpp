@@ -341,6 +341,19 @@ StreamWriter::StreamWriter(std::unique_ptr<Implementation> implementation)
 StreamWriter::StreamWriter(StreamWriter&&) noexcept = default;
 StreamWriter::~StreamWriter() = default;
 
+Result<> check_stream_arrays(const std::vector<StreamArray>& arrays, const std::string& holder) {
+  for (const StreamArray& array : arrays) {
+    if (array.components == 0 || array.components > 0xffff) {
+      return failure(ErrorCode::usage, "array \"" + array.name + "\" must have 1 to 65535 components");
+    }
+    if (array.domain != Domain::point && array.domain != Domain::cell) {
+      return failure(ErrorCode::unsupported, "array \"" + array.name + "\" is on " + name_of(array.domain) +
+                                                 "s; a " + holder + " has arrays on points and on cells");
+    }
+  }
+  return {};
+}
+
 Result<> check_stream_options(const StreamOptions& options) {
   if (options.positions.components != 3)
     return failure(ErrorCode::usage, "positions must have three components");
@@ -350,16 +363,7 @@ Result<> check_stream_options(const StreamOptions& options) {
     return failure(ErrorCode::usage, "the time of the values must be a finite number");
   if (options.delay > 0 && !options.any_order)
     return failure(ErrorCode::usage, "cells can be delayed only if any order will do");
-  for (const StreamArray& array : options.arrays) {
-    if (array.components == 0 || array.components > 0xffff) {
-      return failure(ErrorCode::usage, "array \"" + array.name + "\" must have 1 to 65535 components");
-    }
-    if (array.domain != Domain::point && array.domain != Domain::cell) {
-      return failure(ErrorCode::unsupported, "array \"" + array.name + "\" is on " + name_of(array.domain) +
-                                                 "s; a stream has arrays on points and on cells");
-    }
-  }
-  return {};
+  return check_stream_arrays(options.arrays, "stream");
 }
 
 Result<StreamWriter> StreamWriter::begin(Sink& sink, StreamOptions options) {
