@@ -27,7 +27,4 @@ add_library(TinyGLTF::TinyGLTF ALIAS maille_tinygltf)
 # What scripts/test-windows runs beside the command.
 add_executable(maille_mesh_checksums web/test/mesh_checksums.cc)
 target_link_libraries(maille_mesh_checksums PRIVATE maille::decoder ZLIB::ZLIB)
-add_executable(maille_determinism tests/golden/determinism.cpp tests/support/shapes.cpp tests/support/pathologies.cpp
-  tests/support/random_arrays.cpp tests/support/random_mesh.cpp tests/support/random_volume.cpp)
-target_include_directories(maille_determinism PRIVATE src tests)
-target_link_libraries(maille_determinism PRIVATE maille::core)
+include(cmake/determinism.cmake)
