@@ -1,5 +1,7 @@
 #pragma once
 
+#include <maille/standard.h>
+
 #include <algorithm>
 #include <cstddef>
 #include <initializer_list>

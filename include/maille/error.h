@@ -1,8 +1,7 @@
 #pragma once
 
-#if __cplusplus < 202002L
-#error "maille needs C++20: compile with -std=c++20"
-#endif
+#include <maille/standard.h>
+
 #if !__has_include(<tl/expected.hpp>)
 #error "maille needs tl/expected.hpp: libexpected-dev of Debian, tl-expected of vcpkg and Conan"
 #endif
