@@ -7,6 +7,7 @@
 
 #include "base/result.h"
 #include "description/description.h"
+#include "mesh/mesh_size.h"
 #include "volume/pieces/border_points.h"
 #include "volume/pieces/coarse_level.h"
 #include "volume/pieces/pieces_steps.h"
@@ -378,11 +379,12 @@ void PieceReader::fill_numbers(DecodedPiece& piece) const {
 
 /// A piece is a file within a chunk; it is decoded as any file, then held against the index. Its step has a
 /// number within the group.
-Result<DecodedPiece> PieceReader::read_coded(uint32_t number, bool numbered) const {
+Result<DecodedPiece> PieceReader::read_coded(uint32_t number, bool numbered, uint64_t allowed) const {
   const std::vector<std::byte> bytes = MAILLE_TRY(file_->read_stream({"PIEC", number, 0}));
   CodedPiece coded = MAILLE_TRY(decode_piece(bytes));
   DecodedPiece piece;
   DecodeOptions options = options_;
+  options.limits.mesh_bytes = allowed;
   std::vector<std::byte> stream = std::move(coded.file);
   if (options_.step != 0) {
     coded.file = std::move(stream);
@@ -414,9 +416,11 @@ Result<DecodedPiece> PieceReader::read_coded(uint32_t number, bool numbered) con
 }
 
 /// A stream that is not in pieces is decoded whole; its order is restored, so that numbers are places.
-Result<DecodedPiece> PieceReader::read_whole(bool numbered) const {
+Result<DecodedPiece> PieceReader::read_whole(bool numbered, uint64_t allowed) const {
   DecodedPiece piece;
-  piece.mesh = MAILLE_TRY(decode_stream(*source_, options_));
+  DecodeOptions options = options_;
+  options.limits.mesh_bytes = allowed;
+  piece.mesh = MAILLE_TRY(decode_stream(*source_, options));
   const auto of_mesh = [](const Array& array) { return array.domain == Domain::mesh; };
   piece.mesh.arrays.erase(std::remove_if(piece.mesh.arrays.begin(), piece.mesh.arrays.end(), of_mesh),
                           piece.mesh.arrays.end());
@@ -432,12 +436,54 @@ Result<DecodedPiece> PieceReader::read_whole(bool numbered) const {
 }
 
 /// An error names the piece, as the file within has no name of its own.
-Result<DecodedPiece> PieceReader::read(uint32_t number, bool numbered) const {
-  auto piece = in_pieces_ ? read_coded(number, numbered) : read_whole(numbered);
+Result<DecodedPiece> PieceReader::read(uint32_t number, bool numbered, uint64_t allowed) const {
+  auto piece = in_pieces_ ? read_coded(number, numbered, allowed) : read_whole(numbered, allowed);
   if (piece || !in_pieces_) return piece;
   Error error = std::move(piece).error();
   error.message = name_ + ": piece " + std::to_string(number) + ": " + error.message;
   return tl::unexpected(std::move(error));
+}
+
+namespace {
+
+Result<DecodedPiece> read_and_cut(const PieceReader& reader, std::span<const uint32_t> pieces, size_t i,
+                                  bool numbered, uint64_t allowed, const CutPiece& cut) {
+  DecodedPiece piece = MAILLE_TRY(reader.read(pieces[i], numbered, allowed));
+  return cut ? cut(i, std::move(piece)) : std::move(piece);
+}
+
+}  // namespace
+
+Result<> read_pieces(const PieceReader& reader, std::span<const uint32_t> pieces, bool numbered,
+                     const DecodeOptions& options, const CutPiece& cut, const TakePiece& take) {
+  // So that memory and progress are looked at now and then, by one thread; chosen, no sweep is on record.
+  constexpr size_t at_once = 32;
+  Executor& executor = options.executor ? *options.executor : serial_executor();
+  uint64_t left = options.limits.mesh_bytes / 2;
+  const auto is_too_large = [](const Result<DecodedPiece>& piece) {
+    return !piece && piece.error().code == ErrorCode::memory_bound;
+  };
+  for (size_t first = 0; first < pieces.size(); first += at_once) {
+    std::vector<Result<DecodedPiece>> found(std::min(at_once, pieces.size() - first));
+    const uint64_t share = left / found.size();
+    executor.parallel_for(found.size(), [&](size_t i) {
+      found[i] = read_and_cut(reader, pieces, first + i, numbered, share, cut);
+    });
+    for (size_t i = 0; i < found.size(); ++i) {
+      // One that needs more than its share may have all that is left: no other one is decoded beside it.
+      if (is_too_large(found[i])) found[i] = read_and_cut(reader, pieces, first + i, numbered, left, cut);
+      const uint64_t bytes = found[i] ? size_in_memory(found[i]->mesh) : 0;
+      if (is_too_large(found[i]) || bytes > left) {
+        return failure(ErrorCode::memory_bound,
+                       reader.name() + ": the mesh, in pieces and as a whole, takes more than the " +
+                           std::to_string(options.limits.mesh_bytes >> 20) + " MiB allowed");
+      }
+      if (!found[i] && found[i].error().code != ErrorCode::corrupt) return tl::unexpected(found[i].error());
+      left -= bytes;
+      MAILLE_CHECK(take(first + i, std::move(found[i])));
+    }
+  }
+  return {};
 }
 
 }  // namespace maille

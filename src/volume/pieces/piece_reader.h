@@ -2,6 +2,7 @@
 
 #include <maille/decode.h>
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -55,8 +56,11 @@ class PieceReader {
   /// Asks for pieces at once, which a distant source turns into few requests and keeps copies of.
   Result<> fetch(std::span<const uint32_t> pieces, bool numbered) const;
   /// Piece `number`, with its numbers in the mesh if that is asked for. Error: corrupt, naming the piece;
-  /// cannot_read; memory_bound.
-  Result<DecodedPiece> read(uint32_t number, bool numbered) const;
+  /// cannot_read; memory_bound. `allowed`: bytes, instead of the limit of the options.
+  Result<DecodedPiece> read(uint32_t number, bool numbered) const {
+    return read(number, numbered, options_.limits.mesh_bytes);
+  }
+  Result<DecodedPiece> read(uint32_t number, bool numbered, uint64_t allowed) const;
   /// The numbers of a piece in the input. Error: corrupt.
   Result<PieceNumbers> read_numbers(uint32_t number) const;
   /// A piece as a stream of its own, behind it the steps before this one that stand in its group
@@ -79,8 +83,8 @@ class PieceReader {
   Result<> check_fields() const;
   bool is_needed(uint64_t step) const;
   void choose_arrays(std::optional<std::vector<std::string>> arrays);
-  Result<DecodedPiece> read_coded(uint32_t number, bool numbered) const;
-  Result<DecodedPiece> read_whole(bool numbered) const;
+  Result<DecodedPiece> read_coded(uint32_t number, bool numbered, uint64_t allowed) const;
+  Result<DecodedPiece> read_whole(bool numbered, uint64_t allowed) const;
   Result<> check(const DecodedPiece& piece, const PieceRecord& record) const;
 
   const Source* source_ = nullptr;
@@ -96,6 +100,15 @@ class PieceReader {
   /// Arrays whose values follow from the numbers of points and cells, by array.
   std::vector<std::pair<size_t, RisingNumbers>> numbered_;
 };
+
+/// Reads pieces, several at once, and gives each to `take` in their order, damaged ones as errors (corrupt).
+/// `cut`: makes a piece smaller as soon as it is decoded, on any thread; may be empty. Together they may take
+/// half of what is allowed, as the other half is for the mesh that they are joined to. Errors: those of
+/// read() but corrupt; memory_bound; those of `take`.
+using CutPiece = std::function<DecodedPiece(size_t, DecodedPiece)>;
+using TakePiece = std::function<Result<>(size_t, Result<DecodedPiece>)>;
+Result<> read_pieces(const PieceReader& reader, std::span<const uint32_t> pieces, bool numbered,
+                     const DecodeOptions& options, const CutPiece& cut, const TakePiece& take);
 
 /// Puts pieces together as one mesh, with the blocks and arrays of the file; points that several pieces have
 /// are one.

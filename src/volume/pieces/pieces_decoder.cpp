@@ -1,9 +1,7 @@
-#include <algorithm>
-#include <limits>
+#include <numeric>
 
 #include "base/pace.h"
 #include "base/result.h"
-#include "mesh/mesh_size.h"
 #include "volume/pieces/piece_reader.h"
 #include "volume/pieces/pieces_file.h"
 
@@ -18,33 +16,19 @@ struct AllPieces {
 };
 
 Result<AllPieces> read_all(const PieceReader& reader, const DecodeOptions& options, bool numbered) {
-  Executor& executor = options.executor ? *options.executor : serial_executor();
-  const auto count = static_cast<uint32_t>(reader.pieces().size());
-  // A number of pieces at a time; chosen, no sweep is on record.
-  constexpr uint32_t at_once = 32;  // so that progress is told, and memory looked at, by one thread
+  std::vector<uint32_t> numbers(reader.pieces().size());
+  std::iota(numbers.begin(), numbers.end(), 0u);
   AllPieces all;
-  uint64_t bytes = 0;
-  for (uint32_t first = 0; first < count; first += at_once) {
-    std::vector<Result<DecodedPiece>> found(std::min(at_once, count - first));
-    executor.parallel_for(
-        found.size(), [&](size_t i) { found[i] = reader.read(first + static_cast<uint32_t>(i), numbered); });
-    for (Result<DecodedPiece>& piece : found) {
-      if (!piece && piece.error().code != ErrorCode::corrupt) return tl::unexpected(piece.error());
-      if (!piece) {
-        if (!all.damage) all.damage = std::move(piece).error();
-        continue;
-      }
-      bytes += size_in_memory(piece->mesh);
+  const auto take = [&](size_t i, Result<DecodedPiece> piece) -> Result<> {
+    if (piece) {
       all.pieces.push_back(*std::move(piece));
+    } else if (!all.damage) {
+      all.damage = std::move(piece).error();
     }
-    if (bytes > options.limits.mesh_bytes) {
-      return failure(ErrorCode::memory_bound, reader.name() + ": the mesh takes more than the " +
-                                                  std::to_string(options.limits.mesh_bytes >> 20) +
-                                                  " MiB allowed");
-    }
-    const double share = static_cast<double>(first + found.size()) / static_cast<double>(count);
-    if (options.progress && !options.progress({"cells", share})) return cancelled();
-  }
+    const double share = static_cast<double>(i + 1) / static_cast<double>(numbers.size());
+    return options.progress && !options.progress({"cells", share}) ? cancelled() : Result<>();
+  };
+  MAILLE_CHECK(read_pieces(reader, numbers, numbered, options, {}, take));
   return all;
 }
 

@@ -232,7 +232,9 @@ Result<> decode_pieces(const Source& source, MeshSink& sink, const DecodeOptions
   Executor& executor = options.executor ? *options.executor : serial_executor();
   MAILLE_CHECK((in_rounds<size_t, DecodedPiece>(
       executor, count, at_once, [](size_t piece) -> Result<size_t> { return piece; },
-      [&](size_t, size_t piece) { return reader.read(static_cast<uint32_t>(piece), reader.kept()); },
+      [&](size_t, size_t piece) {
+        return reader.read(static_cast<uint32_t>(piece), reader.kept(), options.limits.mesh_bytes / at_once);
+      },
       [&](size_t piece, const DecodedPiece& decoded) -> Result<> {
         MAILLE_CHECK(feeder.add(static_cast<uint32_t>(piece), decoded));
         const double share = static_cast<double>(piece + 1) / static_cast<double>(count);

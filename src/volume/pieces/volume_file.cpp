@@ -162,35 +162,27 @@ Result<ExtractedVolume> VolumeFile::extract(const VolumeQuery& query) const {
   const PieceReader reader = state_->reader.with_arrays(arrays_for(state_->options, query));
   const CheckedQuery checked = MAILLE_TRY(CheckedQuery::check(query, reader));
   const bool kept = reader.kept();
-  Executor& executor = state_->options.executor ? *state_->options.executor : serial_executor();
   // Numbers only where the order is kept: without it no cell has one.
   MAILLE_CHECK(reader.fetch(selected, kept));
-  std::vector<Result<DecodedPiece>> found(selected.size());
-  std::vector<uint64_t> cells(selected.size());
-  // Each piece is cut down before the next one is read by the same thread.
-  executor.parallel_for(selected.size(), [&](size_t i) {
-    Result<DecodedPiece> piece = reader.read(selected[i], kept);
-    if (piece) {
-      cells[i] = piece->mesh.cell_count();
-      found[i] = part_of(*piece, checked.cells_of(*piece));
-    } else {
-      found[i] = tl::unexpected(std::move(piece).error());
-    }
-  });
   ExtractedVolume extracted;
   std::vector<DecodedPiece> parts;
-  for (size_t i = 0; i < found.size(); ++i) {
-    // Only damage is passed over: a piece that could not be read may be there the next time.
-    if (!found[i] && found[i].error().code != ErrorCode::corrupt) return tl::unexpected(found[i].error());
-    if (!found[i]) {
-      extracted.problems.push_back(found[i].error().message);
-      continue;
+  std::vector<uint64_t> cells(selected.size());
+  const auto cut = [&](size_t i, DecodedPiece piece) {
+    cells[i] = piece.mesh.cell_count();
+    return part_of(piece, checked.cells_of(piece));
+  };
+  const auto take = [&](size_t i, Result<DecodedPiece> piece) -> Result<> {
+    if (!piece) {
+      extracted.problems.push_back(piece.error().message);
+      return {};
     }
     ++extracted.pieces;
     extracted.cells_read += cells[i];
-    if (found[i]->mesh.cell_count() > 0) parts.push_back(*std::move(found[i]));
-  }
-  extracted.mesh = MAILLE_TRY(join_pieces(parts, reader, kept, &executor));
+    if (piece->mesh.cell_count() > 0) parts.push_back(*std::move(piece));
+    return {};
+  };
+  MAILLE_CHECK(read_pieces(reader, selected, kept, state_->options, cut, take));
+  extracted.mesh = MAILLE_TRY(join_pieces(parts, reader, kept, state_->options.executor));
   remove_empty_blocks(extracted.mesh);
   remove_unwanted(state_->options, extracted.mesh);
   for (const DecodedPiece& part : parts) {
