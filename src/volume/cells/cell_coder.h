@@ -110,6 +110,10 @@ class CellCoder {
     return hull_.bytes(cells * most_corners, cells) + table_.bytes() + bytes_held(dense_) +
            bytes_held(joined_places_) + bytes_held(extra_) + faces + gates;
   }
+  /// Decoder: a cell of more corners than allowed ends decoding, as one would of a damaged stream, and then
+  /// is_beyond(). Cells of faces may have millions of corners, and may come from few bytes.
+  void allow_corners(uint64_t most) { allowed_corners_ = most; }
+  bool is_beyond() const { return beyond_; }
   /// Encoder: is the point with the caller's number in memory?
   bool is_alive(uint64_t number) { return slot_of_input(number, 0) != no_slot; }
 
@@ -309,7 +313,14 @@ class CellCoder {
 
   // Fixed for the whole stream (any_order of the header): it decides which of the tables below exist.
   bool numbered_;
+  bool exceeds(uint64_t corners) {
+    beyond_ = beyond_ || corners > allowed_corners_;
+    return beyond_;
+  }
+
   bool damaged_ = false;
+  bool beyond_ = false;
+  uint64_t allowed_corners_ = ~uint64_t{0};
   /// Points that are numbered as they come up can only be there once, and at gates mostly nobody asks for a
   /// number: then the table waits until someone does.
   bool in_table_ = numbered_;

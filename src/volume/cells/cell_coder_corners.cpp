@@ -337,7 +337,7 @@ bool CellCoder<Coder>::code_loose(Coder& coder, Coder& numbers, StreamedCell& ce
   const int64_t count = loose_count_.code(coder, static_cast<int64_t>(cell.numbers.size()));
   // most_loose_nodes bounds what one record may claim. Nothing is reserved for it: vectors grow with what was
   // decoded.
-  damaged_ = damaged_ || count < 0 || count > most_loose_nodes;
+  damaged_ = damaged_ || count < 0 || count > most_loose_nodes || exceeds(static_cast<uint64_t>(count));
   cell.kind = loose_cell;
   cell.type = static_cast<CellType>(type);
   out.kinds.push_back(loose_cell);

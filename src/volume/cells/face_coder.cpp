@@ -546,7 +546,8 @@ void FaceCoder<Coder>::code_faces() {
       code_loop(own);
     was_member = member;
     damaged_ = damaged_ || host_->damaged_ || (!encoding && coder_->exhausted()) ||
-               nodes_.size() > most_face_corners || sizes_.size() > most_face_corners;
+               nodes_.size() > most_face_corners || sizes_.size() > most_face_corners ||
+               host_->exceeds(nodes_.size());
   }
 }
 

@@ -55,8 +55,8 @@ void FaceCoder<Coder>::code_loop(uint32_t own) {
                last_size_))
       break;
     code_corner(encoding ? wanted_slot(own, k) : no_slot, encoding ? cell_->numbers[begin_[own] + k] : 0);
-    damaged_ =
-        damaged_ || host_->damaged_ || (!encoding && coder_->exhausted()) || loop_.size() > most_face_corners;
+    damaged_ = damaged_ || host_->damaged_ || (!encoding && coder_->exhausted()) ||
+               loop_.size() > most_face_corners || host_->exceeds(loop_.size());
   }
   if (damaged_) return;
   const auto size = static_cast<uint32_t>(loop_.size());

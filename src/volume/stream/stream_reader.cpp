@@ -40,6 +40,13 @@ void clear(StreamPortion& portion) {
   portion.ended_slots.clear();
 }
 
+// Measured on faces of 102,400 corners over as many points (maille_scaling): with 8 MiB more they bound what
+// a block takes. A usual one, of two new points and eight corners a cell, is within these 8 MiB, so that
+// streams of hexahedra go on to be read with 3 MiB allowed.
+constexpr uint64_t bytes_per_new_point = 250, bytes_per_new_corner = 100;
+constexpr uint64_t usual_points = 2 * cells_per_block, usual_corners = 8 * cells_per_block;
+constexpr uint64_t block_grain = 1 << 20;  // how often it is looked at
+
 }  // namespace
 
 // Two blocks are in work: while the values of one are decoded, the cells of the next one are (next()). All
@@ -76,6 +83,12 @@ class StreamReader::Implementation {
   Result<> decode_cells(Block& block);
   void complete(Block& block);
   Result<> take_memory(uint64_t& held, uint64_t wanted);
+  tl::unexpected<Error> too_little_memory() const;
+  uint64_t memory_of_block(const Block& block) const;
+  uint64_t& bytes_of(const Block& block) {
+    return block_bytes_[static_cast<size_t>(&block - blocks_.data())];
+  }
+  Result<> take_block(const Block& block, uint64_t cells);
   Result<> prepare_values(Block& block);
   Result<> decode_values(const Block& block, size_t stage);
   size_t add_nodes(StreamPortion& portion, size_t count);
@@ -116,6 +129,7 @@ class StreamReader::Implementation {
   /// each of them takes is known to the task that works on it; the sum is what is held against the limit.
   std::atomic<uint64_t> bytes_ = 0;
   uint64_t model_bytes_ = 0, cell_bytes_ = 0, portion_bytes_ = 0;
+  std::array<uint64_t, 2> block_bytes_{};  ///< of `blocks_`, whose vectors only ever grow
   std::vector<uint64_t> chain_bytes_;
   uint64_t batches_ = 0;
   uint64_t cells_seen_ = 0, points_seen_ = 0;
@@ -264,10 +278,33 @@ Result<> StreamReader::Implementation::take_step(StepValues step) {
 Result<> StreamReader::Implementation::take_memory(uint64_t& held, uint64_t wanted) {
   const uint64_t all = bytes_ += wanted - held;
   held = wanted;
-  if (all <= options_.limits.mesh_bytes) return {};
+  if (all > options_.limits.mesh_bytes) return too_little_memory();
+  return {};
+}
+
+tl::unexpected<Error> StreamReader::Implementation::too_little_memory() const {
   return failure(ErrorCode::memory_bound,
                  pull_.name() + ": the points, cells and models that its decoder keeps take more than the " +
                      std::to_string(options_.limits.mesh_bytes >> 20) + " MiB allowed");
+}
+
+/// What a block takes for its own points and corners: as the cells that are decoded, as a portion, and while
+/// values are.
+uint64_t StreamReader::Implementation::memory_of_block(const Block& block) const {
+  const auto beyond = [](uint64_t count, uint64_t usual) { return count - std::min(count, usual); };
+  return beyond(block.cells.points.size(), usual_points) * bytes_per_new_point +
+         beyond(corners_, usual_corners) * bytes_per_new_corner;
+}
+
+/// Counts what the decoder of cells keeps with `cells` more of up to eight corners, and the block so far; the
+/// next cell may have as many corners as there is memory for.
+Result<> StreamReader::Implementation::take_block(const Block& block, uint64_t cells) {
+  MAILLE_CHECK(take_memory(cell_bytes_, coder_->bytes(cells)));
+  uint64_t& held = bytes_of(block);
+  MAILLE_CHECK(take_memory(held, std::max(held, memory_of_block(block))));
+  const uint64_t left = options_.limits.mesh_bytes - std::min<uint64_t>(bytes_, options_.limits.mesh_bytes);
+  coder_->allow_corners((left + block_grain) / (bytes_per_new_point + bytes_per_new_corner));
+  return {};
 }
 
 /// Reads the values of the batch, in the order of the arrays. Arrays without tuples in the batch have no
@@ -422,7 +459,7 @@ Result<> StreamReader::Implementation::decode_cells(Block& block) {
   block.portion.first_cell = cells_seen_;
   coder_->end_block();
   const uint64_t count = std::min<uint64_t>(records_left_, cells_per_block);
-  MAILLE_CHECK(take_memory(cell_bytes_, coder_->bytes(count)));
+  MAILLE_CHECK(take_block(block, count));
   for (uint64_t i = 0; i < count; ++i) {
     begin_blocks(block.portion);
     const uint64_t swept = decode_alike(block, count - i);
@@ -434,9 +471,10 @@ Result<> StreamReader::Implementation::decode_cells(Block& block) {
     // exhausted() is asked after each cell, so that a stream that is too short ends within one cell.
     if (!coder_->code(*cells_, *numbers_, cell_, block.cells) || cells_->exhausted() ||
         numbers_->exhausted()) {
-      return damaged("the cells are damaged");
+      return coder_->is_beyond() ? too_little_memory() : damaged("the cells are damaged");
     }
     if (block.cells.size() > cells) MAILLE_CHECK(append_cell(cell_, block));
+    if (memory_of_block(block) >= bytes_of(block) + block_grain) MAILLE_CHECK(take_block(block, count - i));
     --records_left_;
   }
   // Blocks that begin behind the last record of the batch, empty ones.
