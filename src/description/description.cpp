@@ -261,15 +261,32 @@ std::vector<BlockShape> Description::shapes() const {
 }
 
 Description Description::of_part(size_t part) const {
-  Description description = *this;
-  description.parts.clear();
-  description.order = Order::canonical;
-  description.points = parts[part].points;
-  description.corners = parts[part].corners;
-  for (size_t b = 0; b < blocks.size(); ++b) description.blocks[b].shape.cells = parts[part].cells[b];
+  Description description = of_first_part();
   if (part == 0) return description;
+  description.take_sizes(parts[part]);
   for (ArrayDescription& array : description.arrays) array.mesh_tuples = 0;
   return description;
+}
+
+// Field by field: a copy of all parts for each of them would take their square.
+Description Description::of_first_part() const {
+  Description description;
+  description.effort = effort;
+  description.welded = welded;
+  description.split_points = split_points;
+  description.blocks = blocks;
+  description.positions = positions;
+  description.arrays = arrays;
+  description.metadata = metadata;
+  description.provenance = provenance;
+  description.take_sizes(parts[0]);
+  return description;
+}
+
+void Description::take_sizes(const PartDescription& part) {
+  points = part.points;
+  corners = part.corners;
+  for (size_t b = 0; b < blocks.size(); ++b) blocks[b].shape.cells = part.cells[b];
 }
 
 Result<std::vector<std::byte>> encode_description(const Description& description) {

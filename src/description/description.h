@@ -77,6 +77,9 @@ struct Description {
   std::vector<BlockShape> shapes() const;
   /// Of a part as a mesh of its own. Arrays that belong to the mesh as a whole are those of part 0.
   Description of_part(size_t part) const;
+  /// The same with the sizes of part 0 for now; and for others afterwards, without a copy for each of them.
+  Description of_first_part() const;
+  void take_sizes(const PartDescription& part);
 };
 
 /// The bytes that the mesh described takes in memory; in doubles: sums of claimed counts must not wrap

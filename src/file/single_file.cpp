@@ -19,6 +19,7 @@
 #include "surface/lost_arrays.h"
 #include "surface/mesh_description.h"
 #include "surface/parts/coded_parts.h"
+#include "surface/patch_memory.h"
 #include "surface/weld.h"
 
 namespace maille {
@@ -183,6 +184,31 @@ Result<Description> read_description(const FileReader& reader, const Limits& lim
   return decode_description(MAILLE_TRY(reader.read_stream(description_key)), limits);
 }
 
+/// The bytes of a patch's streams, and what they decode to.
+void add_memory(PatchesMemory& memory, const FileReader& reader, const Description& patch, uint32_t number) {
+  const PatchSizes sizes = sizes_of_patch(reader, number, patch.arrays.size());
+  double bytes = static_cast<double>(sizes.topology);
+  for (const uint64_t array : sizes.arrays) bytes += static_cast<double>(array);
+  memory.add_patch(memory_of(patch) + bytes, working_memory(patch, is_of_front(reader, number)));
+}
+
+/// How many patches may be decoded at once. Error: memory_bound.
+Result<size_t> patches_at_once(const FileReader& reader, const Description& description,
+                               const Limits& limits) {
+  PatchesMemory memory;
+  if (description.parts.empty()) add_memory(memory, reader, description, 0);
+  if (!description.parts.empty()) {
+    Description of_part = description.of_first_part();
+    for (uint32_t part = 0; part < description.parts.size(); ++part) {
+      of_part.take_sizes(description.parts[part]);
+      add_memory(memory, reader, of_part, part);
+    }
+    memory.add_after(joining_memory(description));
+  }
+  if (description.order == Order::keep) memory.add_after(ordering_memory(description));
+  return memory.at_once(limits);
+}
+
 /// Whatever was wrong should have been found before. If not, it is the file that is wrong, not an input.
 Result<> check_valid(const Mesh& mesh) {
   auto valid = validate(mesh);
@@ -192,12 +218,13 @@ Result<> check_valid(const Mesh& mesh) {
 
 Result<Mesh> decode_mesh(const FileReader& reader, const DecodeOptions& options) {
   const Description description = MAILLE_TRY(read_description(reader, options.limits));
+  const size_t at_once = MAILLE_TRY(patches_at_once(reader, description, options.limits));
   DecodedPatch decoded;
   if (description.parts.empty()) {
     decoded = MAILLE_TRY(decode_patch(reader, description, 0, options));
   } else {
     const std::vector<std::byte> joins = MAILLE_TRY(reader.read_stream(joins_key));
-    decoded = MAILLE_TRY(decode_parts(reader, description, joins, options));
+    decoded = MAILLE_TRY(decode_parts(reader, description, joins, at_once, options));
   }
   Mesh& mesh = decoded.mesh;
   mesh.metadata = description.metadata;
@@ -240,9 +267,11 @@ Result<Remains> salvage_patch(const FileReader& reader, Description description,
 
 Result<Remains> salvage_mesh(const FileReader& reader, const DecodeOptions& options) {
   const Description description = MAILLE_TRY(read_description(reader, options.limits));
-  Remains remains = MAILLE_TRY(
-      description.parts.empty() ? salvage_patch(reader, description, options)
-                                : salvage_parts(reader, description, reader.read_stream(joins_key), options));
+  const size_t at_once = MAILLE_TRY(patches_at_once(reader, description, options.limits));
+  Remains remains =
+      MAILLE_TRY(description.parts.empty()
+                     ? salvage_patch(reader, description, options)
+                     : salvage_parts(reader, description, reader.read_stream(joins_key), at_once, options));
   remains.mesh.metadata = description.metadata;
   if (description.order == Order::keep) {
     const uint32_t points = description.welded ? description.split_points : description.points;

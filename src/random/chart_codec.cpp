@@ -154,11 +154,33 @@ std::vector<std::byte> chart_bytes(const Mesh& part, const EncodedPatch& patch,
   return out.take();
 }
 
-// What the sizes of a chart would take in memory, before anything is decoded. As a double, because a damaged
-// size may be any number.
-Result<double> claimed_bytes(const Description& described, Bytes bytes) {
+namespace {
+
+/// A chart that is not decoded yet.
+struct OpenChart {
+  Description description;
+  Bytes shared;
+  ChartStreams streams;
+};
+Result<OpenChart> open_chart(const ChartSet& set, Bytes bytes) {
   ByteReader in(bytes);
-  return memory_of(MAILLE_TRY(get_sizes(in, described)));
+  OpenChart chart;
+  chart.description = MAILLE_TRY(get_sizes(in, set.description));
+  if (!set.finest) MAILLE_CHECK(keep_arrays(chart.description, in.get_count()));
+  if (set.finest) chart.shared = in.get_bytes(in.get_count());
+  MAILLE_CHECK(chart.streams.read(in, chart.description.arrays.size()));
+  return chart;
+}
+
+}  // namespace
+
+Result<> add_claimed_memory(const ChartSet& set, Bytes bytes, PatchesMemory& memory) {
+  const OpenChart chart = MAILLE_TRY(open_chart(set, bytes));
+  // A chart has all blocks of the mesh, empty ones too.
+  const double blocks = static_cast<double>(chart.description.blocks.size()) * sizeof(CellBlock);
+  memory.add_patch(memory_of(chart.description) + blocks + static_cast<double>(bytes.size()),
+                   working_memory(chart.description, is_of_front(chart.streams, 1)));
+  return {};
 }
 
 Result<DecodedChart> decode_chart(const ChartSet& set, Bytes bytes, const DecodeOptions& options,
@@ -167,15 +189,11 @@ Result<DecodedChart> decode_chart(const ChartSet& set, Bytes bytes, const Decode
   if (buffers != nullptr) {
     [[maybe_unused]] static const bool kept = keep_freed_memory();
   }
-  ByteReader in(bytes);
-  Description description = MAILLE_TRY(get_sizes(in, set.description));
-  if (!set.finest) MAILLE_CHECK(keep_arrays(description, in.get_count()));
-  const Bytes shared = set.finest ? in.get_bytes(in.get_count()) : Bytes();
-  ChartStreams streams;
-  MAILLE_CHECK(streams.read(in, description.arrays.size()));
+  const OpenChart open = MAILLE_TRY(open_chart(set, bytes));
+  const Description& description = open.description;
   const SharedFanTables* tables = set.tables.fans ? &set.tables : nullptr;
   // Not patch 0: arrays of the mesh as a whole are not in charts.
-  DecodedPatch patch = MAILLE_TRY(decode_patch(streams, description, 1, options, tables, buffers));
+  DecodedPatch patch = MAILLE_TRY(decode_patch(open.streams, description, 1, options, tables, buffers));
   DecodedChart chart;
   chart.mesh = std::move(patch.mesh);
   if (!patch.known_valid) {
@@ -183,7 +201,7 @@ Result<DecodedChart> decode_chart(const ChartSet& set, Bytes bytes, const Decode
       return failure(ErrorCode::corrupt, std::move(valid).error().message);
   }
   if (set.finest && use == ChartUse::join)
-    chart.shared = MAILLE_TRY(decode_shared(shared, description.points, points_on_borders(chart.mesh)));
+    chart.shared = MAILLE_TRY(decode_shared(open.shared, description.points, points_on_borders(chart.mesh)));
   return chart;
 }
 

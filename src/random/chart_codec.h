@@ -12,6 +12,7 @@
 #include "description/description.h"
 #include "surface/fans/shared_fans.h"
 #include "surface/parts/shared_points.h"
+#include "surface/patch_memory.h"
 #include "surface/patch_streams.h"
 
 namespace maille {
@@ -51,8 +52,8 @@ inline uint32_t set_of_level(uint32_t level) {
 /// `tables`: none, or the bytes of a stream CTAB. Safe on any bytes. Error: corrupt.
 Result<ChartSet> chart_set(const Description& file, uint32_t set, Bytes tables);
 
-/// What the chart says it takes in memory. Error: corrupt.
-Result<double> claimed_bytes(const Description& described, Bytes bytes);
+/// What the chart says it takes in memory, with its bytes, is added to `memory`. Error: corrupt.
+Result<> add_claimed_memory(const ChartSet& set, Bytes bytes, PatchesMemory& memory);
 
 /// To join charts of level 0, one must know which points they share: a tenth of the time.
 enum class ChartUse : uint8_t { join, show };

@@ -40,6 +40,13 @@ StreamKey positions_key(uint32_t patch, uint32_t coding) {
 }
 using KeyOfCoding = StreamKey (*)(uint32_t, uint32_t);
 
+/// Of several codings of one stream, which no writer makes, the highest number counts.
+uint32_t coding_of(const StreamSource& streams, uint32_t patch, KeyOfCoding key) {
+  uint32_t coding = last_coding;
+  while (coding > front_coding && !streams.has_stream(key(patch, coding))) --coding;
+  return coding;
+}
+
 /// The cells of a mesh in coded order. With fans the surface is not built yet.
 struct PatchCells {
   EncodedTopology encoded;
@@ -440,12 +447,7 @@ class PatchDecoder {
   }
 
  private:
-  /// Of several codings of one stream, which no writer makes, the highest number counts.
-  uint32_t coding_of(KeyOfCoding key) const {
-    uint32_t coding = last_coding;
-    while (coding > front_coding && !streams_.has_stream(key(patch_, coding))) --coding;
-    return coding;
-  }
+  uint32_t coding_of(KeyOfCoding key) const { return maille::coding_of(streams_, patch_, key); }
 
   static tl::unexpected<Error> without_fans() {
     return failure(ErrorCode::corrupt, "positions of fans without these fans");
@@ -565,6 +567,11 @@ Result<DecodedPatch> decode_patch(const StreamSource& streams, const Description
   decoded.known_valid = decoder.knows_validity();
   MAILLE_CHECK(decoder.assemble(decoded));
   return decoded;
+}
+
+bool is_of_front(const StreamSource& streams, uint32_t patch) {
+  return coding_of(streams, patch, topology_key) == front_coding ||
+         coding_of(streams, patch, positions_key) == front_coding;
 }
 
 PatchSizes sizes_of_patch(const FileReader& reader, uint32_t patch, size_t arrays) {

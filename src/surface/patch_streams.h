@@ -97,6 +97,9 @@ Result<DecodedPatch> decode_patch(const StreamSource& streams, const Description
                                   const DecodeOptions& options, const SharedFanTables* tables = nullptr,
                                   FanBuffers* buffers = nullptr, LostArrays* lost = nullptr);
 
+/// Whether half-edges or mixing decode a patch of these streams, which take more memory than fans.
+bool is_of_front(const StreamSource& streams, uint32_t patch);
+
 /// An array's stream, by its place in the description; that of twins.
 inline StreamKey array_key(uint32_t patch, size_t i) {
   return {"ARRY", patch, static_cast<uint32_t>(i)};

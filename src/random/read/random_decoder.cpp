@@ -23,6 +23,15 @@ Result<Selection> all_charts(RandomReader& reader) {
   return all;
 }
 
+Result<> check_memory_of_order(const Description& description, const Source& source,
+                               const DecodeOptions& options) {
+  if (description.order != Order::keep) return {};
+  PatchesMemory memory{.meshes = memory_of(description), .after = ordering_memory(description)};
+  if (auto at_once = memory.at_once(options.limits); !at_once)
+    return failure(at_once.error().code, source.name() + ": " + at_once.error().message);
+  return {};
+}
+
 /// Charts that are missing from a damaged index leave no gap that anything else would notice.
 bool is_whole(const Mesh& mesh, const Description& description) {
   return mesh.point_count() == description.points && mesh.cell_count() == description.cells();
@@ -39,6 +48,7 @@ Result<ElementOrder> read_order(const RandomReader& reader) {
 
 Result<Mesh> decode_random(const Source& source, const DecodeOptions& options) {
   RandomReader reader = MAILLE_TRY(RandomReader::open(source, options));
+  MAILLE_CHECK(check_memory_of_order(reader.description(), source, options));
   const Selection all = MAILLE_TRY(all_charts(reader));
   std::vector<DecodedChart> charts = MAILLE_TRY(reader.read_charts(all.charts));
   Mesh mesh = MAILLE_TRY(join_finest(std::move(charts), reader, options, nullptr));
@@ -61,6 +71,7 @@ std::string lost_charts(const RandomReader& reader, size_t lost, size_t all) {
 
 Result<Remains> salvage_random(const Source& source, const DecodeOptions& options) {
   RandomReader reader = MAILLE_TRY(RandomReader::open(source, options));
+  MAILLE_CHECK(check_memory_of_order(reader.description(), source, options));
   const Selection all = MAILLE_TRY(all_charts(reader));
   std::vector<std::string> problems;
   std::vector<DecodedChart> charts = MAILLE_TRY(reader.read_charts(all.charts, &problems));

@@ -349,19 +349,20 @@ bool RandomReader::is_intact(const ChartPlace& place, Bytes bytes) const {
   return bytes.size() == chart.bytes && checksum_matches(chart.check, static_cast<uint32_t>(hash64(bytes)));
 }
 
-/// Of all charts together: a few bytes may claim much.
-Result<> RandomReader::check_memory(const std::vector<ChartPlace>& places,
-                                    const std::vector<ChartBytes>& bytes) const {
-  double claimed = 0;
+/// How many charts may be decoded at once. Of all of them together: a few bytes may claim much.
+Result<size_t> RandomReader::charts_at_once(const std::vector<ChartPlace>& places,
+                                            const std::vector<ChartBytes>& bytes, ChartUse use) const {
+  PatchesMemory memory;
   for (size_t i = 0; i < places.size(); ++i) {
-    if (!bytes[i]) continue;
-    if (const auto of_chart = claimed_bytes(set_of(places[i]).description, *bytes[i])) claimed += *of_chart;
+    // Those that claim what makes no sense are told by decode().
+    if (bytes[i]) (void)add_claimed_memory(set_of(places[i]), *bytes[i], memory);
   }
-  if (claimed <= static_cast<double>(options_.limits.mesh_bytes)) return {};
-  return failure(ErrorCode::memory_bound,
-                 source_->name() + ": the charts take " +
-                     std::to_string(static_cast<uint64_t>(claimed / 1048576)) + " MiB, more than the " +
-                     std::to_string(options_.limits.mesh_bytes / 1048576) + " MiB allowed");
+  if (use == ChartUse::join) memory.add_after(std::min(joining_memory(description_), memory.meshes));
+  // join_levels() has rows of all points, and then the mesh.
+  if (use == ChartUse::show && places.size() > 1) memory.add_after(2 * memory.meshes);
+  auto at_once = memory.at_once(options_.limits);
+  if (at_once) return at_once;
+  return failure(at_once.error().code, source_->name() + ": " + at_once.error().message);
 }
 
 Result<> RandomReader::read_mesh_arrays(Mesh& mesh) const {
@@ -398,12 +399,16 @@ Result<std::vector<DecodedChart>> RandomReader::read_charts(const std::vector<Ch
                                                             std::vector<std::string>* problems,
                                                             ChartUse use) const {
   const std::vector<ChartBytes> bytes = MAILLE_TRY(read_bytes(places));
-  MAILLE_CHECK(check_memory(places, bytes));
+  const size_t at_once = MAILLE_TRY(charts_at_once(places, bytes, use));
   // Made in place: without exceptions tl::expected 1.0 copies what it is assigned.
   std::vector<std::optional<Result<DecodedChart>>> results(places.size());
   Executor& executor = options_.executor == nullptr ? serial_executor() : *options_.executor;
-  executor.parallel_for(places.size(),
-                        [&](size_t i) { results[i].emplace(decode(places[i], bytes[i], use)); });
+  for (size_t first = 0; first < places.size(); first += at_once) {
+    executor.parallel_for(std::min(at_once, places.size() - first), [&](size_t next) {
+      const size_t i = first + next;
+      results[i].emplace(decode(places[i], bytes[i], use));
+    });
+  }
   std::vector<DecodedChart> charts;
   for (std::optional<Result<DecodedChart>>& result : results) {
     if (*result) {

@@ -85,7 +85,8 @@ class RandomReader {
   uint64_t before(const ChartPlace& place) const;
   using ChartBytes = std::optional<std::vector<std::byte>>;
   Result<std::vector<ChartBytes>> read_bytes(const std::vector<ChartPlace>& places) const;
-  Result<> check_memory(const std::vector<ChartPlace>& places, const std::vector<ChartBytes>& bytes) const;
+  Result<size_t> charts_at_once(const std::vector<ChartPlace>& places, const std::vector<ChartBytes>& bytes,
+                                ChartUse use) const;
   const IndexedChart& indexed(const ChartPlace& place) const {
     return index_.group(place.group).charts[place.chart];
   }

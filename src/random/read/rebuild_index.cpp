@@ -117,9 +117,9 @@ class Rebuilder {
 
   void find_box(uint32_t level, Bytes bytes, IndexedChart& chart) {
     const ChartSet& set = sets_[set_of_level(level)];
-    const auto claimed = claimed_bytes(set.description, bytes);
+    PatchesMemory memory;
     // A damaged chart may claim a mesh of any size; it is held against the limit before it is decoded.
-    if (!claimed || *claimed > static_cast<double>(options_.limits.mesh_bytes)) return;
+    if (!add_claimed_memory(set, bytes, memory) || !memory.at_once(options_.limits)) return;
     const auto decoded = decode_chart(set, bytes, options_);
     if (!decoded) return;
     const Array& points = decoded->mesh.points;

@@ -120,11 +120,11 @@ Executor& executor_of(const Options& options) {
   return options.executor != nullptr ? *options.executor : serial_executor();
 }
 
-/// Calls work(i, options) for each patch, at once where there is an executor for it; gives all results, or of
-/// for_each_patch() the error of the first patch that has one.
+/// Calls work(i, options) for each patch, so many at once where there is an executor for it; gives all
+/// results, or of for_each_patch() the error of the first patch that has one.
 template <class Value, class Options, class Work>
-std::vector<std::optional<Result<Value>>> results_of_patches(size_t count, const Options& options,
-                                                             Work work) {
+std::vector<std::optional<Result<Value>>> results_of_patches(size_t count, size_t at_once,
+                                                             const Options& options, Work work) {
   // Made in place: without exceptions tl::expected 1.0 copies what it is assigned.
   std::vector<std::optional<Result<Value>>> results(count);
   PatchProgress progress(options.progress, count);
@@ -132,16 +132,19 @@ std::vector<std::optional<Result<Value>>> results_of_patches(size_t count, const
   // Patches are tasks already; tasks within them would only wait for each other.
   of_patch.executor = nullptr;
   if (count > 1) of_patch.progress = progress.of_patch();
-  executor_of(options).parallel_for(count, [&](size_t i) {
-    results[i].emplace(work(static_cast<uint32_t>(i), of_patch));
-    if (count > 1) progress.finish_patch();
-  });
+  for (size_t first = 0; first < count; first += at_once) {
+    executor_of(options).parallel_for(std::min(at_once, count - first), [&](size_t next) {
+      const size_t i = first + next;
+      results[i].emplace(work(static_cast<uint32_t>(i), of_patch));
+      if (count > 1) progress.finish_patch();
+    });
+  }
   return results;
 }
 
 template <class Value, class Options, class Work>
-Result<std::vector<Value>> for_each_patch(size_t count, const Options& options, Work work) {
-  auto results = results_of_patches<Value>(count, options, work);
+Result<std::vector<Value>> for_each_patch(size_t count, size_t at_once, const Options& options, Work work) {
+  auto results = results_of_patches<Value>(count, at_once, options, work);
   std::vector<Value> values;
   for (std::optional<Result<Value>>& result : results) {
     if (!*result) return tl::unexpected(std::move(*result).error());
@@ -199,12 +202,13 @@ Result<EncodedParts> encode_parts(const Mesh& mesh, std::span<const ArrayToCode>
   MeshParts parts(mesh, part_of, executor, needs_cells(arrays, options.order));
   std::vector<uint32_t>().swap(part_of);
   encoded.descriptions.resize(parts.count());
-  encoded.patches = MAILLE_TRY((for_each_patch<EncodedPatch>(
-      parts.count(), options, [&](uint32_t i, const EncodeOptions& of_patch) -> Result<EncodedPatch> {
-        MeshPart part = parts.take(i);
-        encoded.descriptions[i] = describe_part(part.mesh);
-        return encode_part(std::move(part), i, arrays, of_patch);
-      })));
+  encoded.patches = MAILLE_TRY(
+      (for_each_patch<EncodedPatch>(parts.count(), parts.count(), options,
+                                    [&](uint32_t i, const EncodeOptions& of_patch) -> Result<EncodedPatch> {
+                                      MeshPart part = parts.take(i);
+                                      encoded.descriptions[i] = describe_part(part.mesh);
+                                      return encode_part(std::move(part), i, arrays, of_patch);
+                                    })));
   join(arrays[0], points, encoded);
   return encoded;
 }
@@ -256,10 +260,10 @@ Mesh merge(std::vector<DecodedPart> decoded, const JoinedPoints& joined, const D
 }  // namespace
 
 Result<DecodedPatch> decode_parts(const FileReader& reader, const Description& description, Bytes joins,
-                                  const DecodeOptions& options) {
+                                  size_t at_once, const DecodeOptions& options) {
   const std::vector<Bytes> shared = MAILLE_TRY(sections_of(joins, description.parts.size()));
   std::vector<DecodedPart> decoded = MAILLE_TRY((for_each_patch<DecodedPart>(
-      description.parts.size(), options, [&](uint32_t i, const DecodeOptions& of_patch) {
+      description.parts.size(), at_once, options, [&](uint32_t i, const DecodeOptions& of_patch) {
         return decode_part(reader, description.of_part(i), i, shared[i], of_patch);
       })));
   const JoinedPoints joined = joined_points(decoded);
@@ -288,9 +292,10 @@ Result<SavedPart> save_part(const FileReader& reader, const Description& of_part
 
 /// Those that are whole. Error: other than corrupt; corrupt, if there are none.
 Result<std::vector<SavedPart>> whole_parts(const FileReader& reader, const Description& description,
-                                           std::span<const Bytes> shared, const DecodeOptions& options) {
+                                           std::span<const Bytes> shared, size_t at_once,
+                                           const DecodeOptions& options) {
   auto results = results_of_patches<SavedPart>(
-      description.parts.size(), options, [&](uint32_t i, const DecodeOptions& of_patch) {
+      description.parts.size(), at_once, options, [&](uint32_t i, const DecodeOptions& of_patch) {
         return save_part(reader, description.of_part(i), i, shared[i], of_patch);
       });
   std::vector<SavedPart> saved;
@@ -324,14 +329,15 @@ Mesh merge_saved(std::vector<SavedPart> saved, const Description& description, L
 }  // namespace
 
 Result<Remains> salvage_parts(const FileReader& reader, const Description& description,
-                              const Result<std::vector<std::byte>>& joins, const DecodeOptions& options) {
+                              const Result<std::vector<std::byte>>& joins, size_t at_once,
+                              const DecodeOptions& options) {
   if (!joins && !is_loss(joins.error())) return tl::unexpected(joins.error());
   Remains remains;
   const size_t count = description.parts.size();
   Result<std::vector<Bytes>> shared = sections_of(joins ? Bytes(*joins) : Bytes(), count);
   if (!shared) remains.lost.push_back("which points the parts share (now those at one place)");
   if (!shared) shared.emplace(count);
-  std::vector<SavedPart> saved = MAILLE_TRY(whole_parts(reader, description, *shared, options));
+  std::vector<SavedPart> saved = MAILLE_TRY(whole_parts(reader, description, *shared, at_once, options));
   if (saved.size() < count)
     remains.lost.push_back(std::to_string(count - saved.size()) + " of " + std::to_string(count) + " parts");
   const bool with_first = saved[0].number == 0;

@@ -37,15 +37,16 @@ struct EncodedParts {
 Result<EncodedParts> encode_parts(const Mesh& mesh, std::span<const ArrayToCode> arrays,
                                   const EncodeOptions& options, std::span<const uint32_t> corner_twin = {});
 
-/// Inverse of what encode_parts() does to a mesh of several parts; `joins` are its bytes. The result is
-/// valid. Safe on any bytes. Errors: corrupt, cancelled.
+/// Inverse of what encode_parts() does to a mesh of several parts, of which so many at once; `joins` are its
+/// bytes. The result is valid. Safe on any bytes. Errors: corrupt, cancelled.
 Result<DecodedPatch> decode_parts(const FileReader& reader, const Description& description, Bytes joins,
-                                  const DecodeOptions& options);
+                                  size_t at_once, const DecodeOptions& options);
 
 /// What is left of them: the parts whose cells and positions are whole, and the arrays that are whole in all
 /// of these. Without `joins` points on borders that lie at one place are one. Error: corrupt, if no part is
 /// left.
 Result<Remains> salvage_parts(const FileReader& reader, const Description& description,
-                              const Result<std::vector<std::byte>>& joins, const DecodeOptions& options);
+                              const Result<std::vector<std::byte>>& joins, size_t at_once,
+                              const DecodeOptions& options);
 
 }  // namespace maille
