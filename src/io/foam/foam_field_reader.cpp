@@ -10,6 +10,7 @@
 #include "io/base64.h"
 #include "io/beside.h"
 #include "io/foam/foam_dictionary.h"
+#include "io/foam/foam_file.h"
 #include "io/gzip.h"
 #include "io/reading.h"
 
@@ -325,10 +326,10 @@ Result<> FoamFieldReader::read(const std::string& case_folder, const FoamTime& t
       if (!twice) MAILLE_CHECK(read_file(folder, name, time.name));
       continue;
     }
-    if (name == "polyMesh" && (fs::exists(path / "points") || fs::exists(path / "points.gz") ||
-                               fs::exists(path / "faces") || fs::exists(path / "faces.gz"))) {
+    const std::string mesh = to_utf8(path);
+    if (name == "polyMesh" && (has_foam_file(mesh + "/points") || has_foam_file(mesh + "/faces"))) {
       return failure(ErrorCode::unsupported,
-                     to_utf8(path) +
+                     mesh +
                          ": the mesh is another one at this time, but all times of a file have one; this "
                          "folder is a mesh without fields");
     }

@@ -13,16 +13,22 @@ namespace maille {
 
 namespace {
 
+bool is_there(const std::string& path) {
+  std::error_code error;
+  return std::filesystem::exists(to_path(path), error);
+}
+
 /// The name under which a file is there: each file of a case may be packed.
 std::string name_in(const std::string& folder, const std::string& name) {
   const std::string path = to_utf8(to_path(folder) / to_path(name));
-  std::error_code error;
-  const bool packed =
-      !std::filesystem::exists(to_path(path), error) && std::filesystem::exists(to_path(path + ".gz"), error);
-  return packed ? name + ".gz" : name;
+  return !is_there(path) && is_there(path + ".gz") ? name + ".gz" : name;
 }
 
 }  // namespace
+
+bool has_foam_file(const std::string& path) {
+  return is_there(path) || is_there(path + ".gz");
+}
 
 Result<FoamReader> FoamReader::open(const std::string& folder, const std::string& name, const Limits& limits,
                                     std::optional<uint64_t> block) {

@@ -118,4 +118,7 @@ class FoamReader {
   bool binary_ = false, wide_label_ = false, wide_scalar_ = true;
 };
 
+/// Is a file of a case there, as it is or packed, with ".gz" behind its name?
+bool has_foam_file(const std::string& path);
+
 }  // namespace maille

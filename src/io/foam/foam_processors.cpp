@@ -8,6 +8,8 @@
 #include <set>
 #include <tuple>
 
+#include "io/foam/foam_file.h"
+
 namespace maille {
 namespace {
 
@@ -138,10 +140,7 @@ namespace {
 /// Whether a processor's mesh says where it is in the whole one. decomposePar writes such lists; a mesher
 /// that runs in parallel makes meshes without.
 bool has_numbers(const FoamPart& part) {
-  std::error_code error;
-  const std::string numbers = part.mesh() + "/pointProcAddressing";
-  return std::filesystem::exists(to_path(numbers), error) ||
-         std::filesystem::exists(to_path(numbers + ".gz"), error);
+  return has_foam_file(part.mesh() + "/pointProcAddressing");
 }
 
 }  // namespace

@@ -386,10 +386,7 @@ Result<ReadResult> PolyMeshReader::read_with_fields(const std::string& case_fold
 Result<ReadResult> read_case(const std::string& case_folder, const std::optional<FoamTime>& time,
                              const ReadOptions& options) {
   const std::string folder = foam_folder_of(case_folder);
-  std::error_code error;
-  const bool whole = std::filesystem::exists(to_path(folder + "/points"), error) ||
-                     std::filesystem::exists(to_path(folder + "/points.gz"), error);
-  if (whole && !(time && time->divided)) {
+  if (has_foam_file(folder + "/points") && !(time && time->divided)) {
     PolyMeshReader reader(folder, options);
     return time ? reader.read_with_fields(case_folder, *time) : reader.read();
   }

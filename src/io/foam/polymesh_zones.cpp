@@ -1,10 +1,7 @@
 #include "io/foam/polymesh_zones.h"
 
-#include <maille/path.h>
-
 #include <algorithm>
 #include <cstring>
-#include <filesystem>
 
 namespace maille {
 namespace {
@@ -184,8 +181,7 @@ void add_foam_zone_metadata(const FoamZones& zones, const FoamZoneKind& kind,
 }
 
 bool has_foam_zones(const std::string& folder, const FoamZoneKind& kind) {
-  const std::string path = folder + "/" + kind.file;
-  return std::filesystem::exists(to_path(path)) || std::filesystem::exists(to_path(path + ".gz"));
+  return has_foam_file(folder + "/" + kind.file);
 }
 
 }  // namespace maille
