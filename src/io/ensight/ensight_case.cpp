@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "base/sort_unique.h"
 #include "io/reading.h"
 #include "io/text_scanner.h"
 
@@ -294,8 +295,7 @@ Result<EnsightCase> read_ensight_case(std::string_view text, const std::string& 
 std::vector<double> EnsightCase::times() const {
   std::vector<double> all;
   for (const EnsightTimeSet& set : time_sets) all.insert(all.end(), set.times.begin(), set.times.end());
-  std::sort(all.begin(), all.end());
-  all.erase(std::unique(all.begin(), all.end()), all.end());
+  sort_unique(all);
   return all;
 }
 

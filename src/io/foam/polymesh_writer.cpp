@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "base/bytes.h"
+#include "base/sort_unique.h"
 #include "io/foam/case_sink.h"
 #include "io/foam/foam_case.h"
 #include "io/foam/foam_field_writer.h"
@@ -236,8 +237,7 @@ Result<> PolyMeshWriter::add_cell(const MeshDescription::Block& block, uint64_t 
   };
   add_zone(block.name.empty() ? label : block.name);
   for (const FoamLabels& labels : zone_labels_) add_zone(labels.name(i));
-  std::sort(zones_.begin(), zones_.end());
-  zones_.erase(std::unique(zones_.begin(), zones_.end()), zones_.end());
+  sort_unique(zones_);
   for (const uint64_t zone : zones_) MAILLE_CHECK(cell_zones_.add({zone, cell}));
   return {};
 }

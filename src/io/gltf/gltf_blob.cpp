@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "base/bytes.h"
+#include "base/sort_unique.h"
 #include "io/gltf/gltf_writer.h"
 #include "numbers/number_map.h"
 
@@ -70,8 +71,7 @@ std::vector<uint32_t> gltf_vertices(const Mesh& mesh, const std::vector<uint64_t
     const Buffer<uint32_t>& corners = mesh.blocks[block].connectivity;
     vertices.insert(vertices.end(), corners.begin(), corners.end());
   }
-  std::sort(vertices.begin(), vertices.end());
-  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  sort_unique(vertices);
   return vertices;
 }
 

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "base/bytes.h"
+#include "base/sort_unique.h"
 #include "io/budget.h"
 #include "io/gltf/gltf_blob.h"
 #include "io/gltf/gltf_document.h"
@@ -211,8 +212,7 @@ Result<> GltfDecompressor::give_vertices(const Mesh& mesh, const std::vector<Lin
                        " of triangles");
     blocks.push_back(block);
   }
-  std::sort(blocks.begin(), blocks.end());
-  blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
+  sort_unique(blocks);
   // Many primitives over one file are cheap to write down, but not to read: each takes from the limit.
   for (const uint64_t block : blocks) MAILLE_CHECK(take(mesh.blocks[block].connectivity.size() * 4));
   if (alone) MAILLE_CHECK(take(mesh.point_count() * 4));

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "base/sort_unique.h"
 #include "io/gltf/gltf_scene.h"
 #include "io/gltf/gltf_writer.h"
 #include "io/reading.h"
@@ -234,8 +235,7 @@ void SceneMaker::add(const GltfInstance& instance, size_t uses) {
   std::vector<uint32_t> points;
   for (const size_t b : blocks)
     points.insert(points.end(), mesh_.blocks[b].connectivity.begin(), mesh_.blocks[b].connectivity.end());
-  std::sort(points.begin(), points.end());
-  points.erase(std::unique(points.begin(), points.end()), points.end());
+  sort_unique(points);
   for (const uint32_t point : points) {
     new_point_[point] = static_cast<uint32_t>(scene_.point_count());
     add_point(point, instance.transform);

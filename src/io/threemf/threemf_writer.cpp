@@ -1,3 +1,4 @@
+#include "base/sort_unique.h"
 #include "io/threemf/threemf.h"
 
 #include <maille/xml.h>
@@ -155,8 +156,7 @@ void ThreeMfWriter::choose_objects() {
         object.points.insert(object.points.end(), corners.begin(), corners.end());
       });
     }
-    std::sort(object.points.begin(), object.points.end());
-    object.points.erase(std::unique(object.points.begin(), object.points.end()), object.points.end());
+    sort_unique(object.points);
     objects_.push_back(std::move(object));
   }
   if (scene && !scene->instances.empty()) {

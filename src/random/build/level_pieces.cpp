@@ -6,17 +6,13 @@
 
 #include "base/bytes.h"
 #include "base/result.h"
+#include "base/sort_unique.h"
 #include "mesh/ranked_set.h"
 #include "random/build/sampled_maps.h"
 #include "random/mesh_geometry.h"
 
 namespace maille {
 namespace {
-
-void sort_unique(std::vector<uint32_t>& numbers) {
-  std::sort(numbers.begin(), numbers.end());
-  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
-}
 
 /// Points, faces and arrays of one piece, all with numbers of its own.
 struct Piece {

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "base/pace.h"
+#include "base/sort_unique.h"
 #include "mesh/space_curve.h"
 #include "random/build/level_builder.h"
 #include "random/build/sampled_maps.h"
@@ -23,11 +24,6 @@ constexpr uint64_t buffer_memory = uint64_t{16} << 20;
 constexpr size_t most_votes = 64;
 /// Windows are numbered in 15 bits.
 constexpr uint64_t most_windows = 0x7fff;
-
-void sort_unique(std::vector<uint32_t>& numbers) {
-  std::sort(numbers.begin(), numbers.end());
-  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
-}
 
 uint32_t number_in(const std::byte* from) {
   uint32_t number;

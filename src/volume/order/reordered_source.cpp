@@ -12,6 +12,7 @@
 #include "base/pace.h"
 #include "base/result.h"
 #include "base/scratch_file.h"
+#include "base/sort_unique.h"
 #include "mesh/space_curve.h"
 #include "volume/cells/cell_coder.h"
 #include "volume/order/cell_order.h"
@@ -345,8 +346,7 @@ Result<> ReorderedSource::order_run(std::span<const RecordHead* const> run) {
   block.connectivity.resize(points.size());
   block.offsets.push_back(0);
   std::vector<uint64_t> sorted = points;
-  std::sort(sorted.begin(), sorted.end());
-  sorted.erase(std::unique(sorted.begin(), sorted.end()), sorted.end());
+  sort_unique(sorted);
   for (size_t i = 0; i < points.size(); ++i) {
     block.connectivity[i] =
         static_cast<uint32_t>(std::lower_bound(sorted.begin(), sorted.end(), points[i]) - sorted.begin());

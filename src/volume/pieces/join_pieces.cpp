@@ -2,6 +2,7 @@
 #include <optional>
 
 #include "base/result.h"
+#include "base/sort_unique.h"
 #include "mesh/ranked_set.h"
 #include "volume/pieces/piece_reader.h"
 
@@ -46,8 +47,7 @@ class InputNumbers {
       return;
     }
     for (const auto list : lists_) sorted_.insert(sorted_.end(), list.begin(), list.end());
-    std::sort(sorted_.begin(), sorted_.end());
-    sorted_.erase(std::unique(sorted_.begin(), sorted_.end()), sorted_.end());
+    sort_unique(sorted_);
   }
   uint64_t size() const { return set_ ? set_->size() : sorted_.size(); }
   uint32_t rank(uint32_t number) const {

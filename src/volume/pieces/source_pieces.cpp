@@ -7,6 +7,7 @@
 #include "base/hash.h"
 #include "base/pace.h"
 #include "base/result.h"
+#include "base/sort_unique.h"
 #include "volume/order/working_memory.h"
 #include "volume/pieces/cut_rules.h"
 #include "volume/pieces/in_rounds.h"
@@ -57,8 +58,7 @@ class RecentPoints {
     if (known != point) points_.push_back(known = point);
   }
   std::vector<uint32_t> sorted() {
-    std::sort(points_.begin(), points_.end());
-    points_.erase(std::unique(points_.begin(), points_.end()), points_.end());
+    sort_unique(points_);
     return std::move(points_);
   }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/result.h"
+#include "base/sort_unique.h"
 #include "description/description.h"
 #include "volume/pieces/coarse_level.h"
 #include "volume/pieces/piece_reader.h"
@@ -194,8 +195,7 @@ Result<ExtractedVolume> VolumeFile::extract(const VolumeQuery& query) const {
   // Cells stand in the order of the input then (join_pieces()), so that sorted numbers are theirs in order.
   std::sort(extracted.cell_numbers.begin(), extracted.cell_numbers.end());
   std::vector<uint32_t>& points = extracted.point_numbers;
-  std::sort(points.begin(), points.end());
-  points.erase(std::unique(points.begin(), points.end()), points.end());
+  sort_unique(points);
   return extracted;
 }
 

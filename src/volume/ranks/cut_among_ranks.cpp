@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/bytes.h"
+#include "base/sort_unique.h"
 #include "volume/ranks/collective.h"
 
 namespace maille {
@@ -249,10 +250,6 @@ RankPieces cut_among_ranks(const std::vector<Middle>& cells, const CutPosition& 
 LookedAt look_among_ranks(const Mesh& part, const RankPieces& pieces, std::span<const uint32_t> points,
                           Ranks& ranks) {
   const std::vector<uint32_t> some = pieces_looked_at(pieces.count);
-  const auto each_once = [](std::vector<uint64_t>& list) {
-    std::sort(list.begin(), list.end());
-    list.erase(std::unique(list.begin(), list.end()), list.end());
-  };
   // One million corners, 8 MiB. Growing with what is left keeps the sorting linear in all but a logarithm.
   constexpr size_t many = size_t{1} << 20;  // corners: each point is there for eight cells, so not for long
   size_t most = many;
@@ -267,17 +264,17 @@ LookedAt look_among_ranks(const Mesh& part, const RankPieces& pieces, std::span<
       flat += dimension_of(block.type_of(i)) != 3;
       for (const uint32_t point : block.cell(i)) found.push_back(uint64_t{piece} << 32 | points[point]);
       if (found.size() < most) continue;
-      each_once(found);
+      sort_unique(found);
       most = std::max(many, 2 * found.size());
     }
   }
-  each_once(found);
+  sort_unique(found);
   std::vector<uint64_t> all;
   for (const std::vector<std::byte>& bytes : to_all(ranks, std::as_bytes(std::span(found)))) {
     for (size_t at = 0; at < bytes.size(); at += sizeof(uint64_t))
       all.push_back(load<uint64_t>(bytes.data() + at));
   }
-  each_once(all);
+  sort_unique(all);
   return {sum_of(ranks, cells), all.size(), sum_of(ranks, flat)};
 }
 

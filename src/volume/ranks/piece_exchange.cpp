@@ -4,6 +4,7 @@
 #include <tuple>
 
 #include "base/bytes.h"
+#include "base/sort_unique.h"
 #include "volume/ranks/collective.h"
 
 namespace maille {
@@ -121,8 +122,7 @@ PieceOfRank piece_of(std::span<const Arrival> cells, const PartLayout& layout) {
   std::vector<uint32_t>& points = piece.sub.points;
   for (const CellBlock& block : mesh.blocks)
     points.insert(points.end(), block.connectivity.begin(), block.connectivity.end());
-  std::sort(points.begin(), points.end());
-  points.erase(std::unique(points.begin(), points.end()), points.end());
+  sort_unique(points);
   for (CellBlock& block : mesh.blocks) {
     for (uint32_t& point : block.connectivity)
       point = static_cast<uint32_t>(std::lower_bound(points.begin(), points.end(), point) - points.begin());

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/bytes.h"
+#include "base/sort_unique.h"
 #include "volume/ranks/collective.h"
 
 namespace maille {
@@ -56,8 +57,7 @@ std::vector<std::vector<SharedPoint>> find_copies(const std::vector<std::vector<
   for (const auto& piece : pieces) {
     for (const Shared& shared : piece) numbers.push_back(shared.number);
   }
-  std::sort(numbers.begin(), numbers.end());
-  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+  sort_unique(numbers);
   std::vector<std::vector<uint32_t>> points;
   std::vector<Place> places(numbers.size());
   for (const auto& piece : pieces) {
