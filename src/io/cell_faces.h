@@ -1,9 +1,6 @@
 #pragma once
 
-#include <maille/faces.h>
-#include <maille/mesh.h>
-
-#include <span>
+#include "mesh/cell_faces.h"
 
 namespace maille {
 
@@ -18,30 +15,19 @@ inline const FacesOfSolid& faces_of_linear(CellType type) {
 /// Calls f(corners) for every face of a polyhedron or linear volume cell. False for cells that have none.
 /// `face_sizes`: of a polyhedron, whose nodes are the corners of its faces.
 template <class F>
-bool for_each_face(CellType type, std::span<const uint32_t> nodes, std::span<const uint32_t> face_sizes,
-                   F f) {
+bool for_each_linear_face(CellType type, std::span<const uint32_t> nodes,
+                          std::span<const uint32_t> face_sizes, F f) {
   if (type == CellType::polyhedron) {
-    for (const uint32_t size : face_sizes) {
-      f(nodes.first(size));
-      nodes = nodes.subspan(size);
-    }
+    for_each_face(nodes, face_sizes, f);
     return true;
   }
-  // No linear cell has a face of more than four corners.
   const FacesOfSolid& faces = faces_of_linear(type);
-  uint32_t corners[4];
-  for (unsigned i = 0; i < faces.count; ++i) {
-    size_t size = 0;
-    for (const uint8_t place : faces.face(i)) corners[size++] = nodes[place];
-    f(std::span<const uint32_t>(corners, size));
-  }
+  for_each_face(faces, nodes, f);
   return faces.count > 0;
 }
 template <class F>
-bool for_each_face(const CellBlock& block, uint64_t cell, F f) {
-  const CellType type = block.type_of(cell);
-  return for_each_face(type, block.cell(cell),
-                       type == CellType::polyhedron ? block.faces(cell) : std::span<const uint32_t>(), f);
+bool for_each_linear_face(const CellBlock& block, uint64_t cell, F f) {
+  return for_each_linear_face(block.type_of(cell), block.cell(cell), block.faces(cell), f);
 }
 
 }  // namespace maille

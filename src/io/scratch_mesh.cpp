@@ -1,6 +1,7 @@
 #include "io/scratch_mesh.h"
 
 #include "base/result.h"
+#include "mesh/cell_faces.h"
 
 namespace maille {
 namespace {
@@ -53,14 +54,10 @@ Result<> ScratchMesh::write_cells(const CellPiece& cells) {
       nodes.push_back(static_cast<uint32_t>(cells.connectivity[k]));
     }
     const auto type = static_cast<CellType>(cells.types[i]);
-    std::span<const uint32_t> faces;
-    if (type == CellType::polyhedron) {
-      if (cells.cell_faces.size() != cells.size() + 1)
-        return failure(ErrorCode::usage, "polyhedra without faces");
-      faces = std::span(cells.face_sizes)
-                  .subspan(cells.cell_faces[i], cells.cell_faces[i + 1] - cells.cell_faces[i]);
-    }
-    MAILLE_CHECK(cells_.add(type, nodes, faces));
+    const bool polyhedron = type == CellType::polyhedron;
+    if (polyhedron && cells.cell_faces.size() != cells.size() + 1)
+      return failure(ErrorCode::usage, "polyhedra without faces");
+    MAILLE_CHECK(cells_.add(type, nodes, polyhedron ? face_sizes_of(cells, i) : std::span<const uint32_t>()));
   }
   return {};
 }

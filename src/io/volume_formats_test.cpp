@@ -396,7 +396,7 @@ TEST(PolyMeshReader, RecognisesCellsAndNamesPatches) {
           std::sort(sorted.begin(), sorted.end());
           ++faces[sorted];
         };
-        if (!for_each_face(block, i, add)) add(block.cell(i));
+        if (!for_each_linear_face(block, i, add)) add(block.cell(i));
       }
     }
     for (const auto& [corners, count] : faces) EXPECT_EQ(count, 2);

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/result.h"
+#include "mesh/cell_faces.h"
 
 namespace maille {
 namespace {
@@ -52,7 +53,8 @@ class MeshAsSource final : public MeshSource {
     for (; count > 0; ++b) {
       const CellBlock& block = mesh_.blocks[b];
       const uint64_t here = std::min(count, ends_[b] - first), begin = first - (ends_[b] - block.size());
-      for (uint64_t i = begin; i < begin + here; ++i) add(block, i, out);
+      for (uint64_t i = begin; i < begin + here; ++i)
+        append_cell(block.type_of(i), block.cell(i), block.faces(i), out);
       first += here;
       count -= here;
     }
@@ -60,18 +62,6 @@ class MeshAsSource final : public MeshSource {
   }
 
  private:
-  static void add(const CellBlock& block, uint64_t i, CellPiece& out) {
-    const auto nodes = block.cell(i);
-    out.types.push_back(static_cast<uint8_t>(block.type_of(i)));
-    out.connectivity.insert(out.connectivity.end(), nodes.begin(), nodes.end());
-    out.offsets.push_back(out.connectivity.size());
-    const bool polyhedron = block.type_of(i) == CellType::polyhedron;
-    if (!polyhedron && out.cell_faces.empty()) return;
-    // When the first polyhedron of a piece comes, the cells before it get empty lists of faces.
-    out.cell_faces.resize(out.types.size(), out.face_sizes.size());
-    if (polyhedron) out.face_sizes.insert(out.face_sizes.end(), block.faces(i).begin(), block.faces(i).end());
-    out.cell_faces.push_back(out.face_sizes.size());
-  }
   static Result<> copy(const Array& array, uint64_t first, uint64_t count, std::span<std::byte> out) {
     const size_t size = array.tuple_size();
     if (count > array.count() || first > array.count() - count || out.size() != count * size)

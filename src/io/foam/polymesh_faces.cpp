@@ -35,7 +35,7 @@ Result<bool> FoamFaceTable::add_cell(CellType type, std::span<const uint32_t> no
   bool repeats = false;
   const bool anywhere = type != CellType::polyhedron;
   Result<> status;
-  const bool has_faces = for_each_face(type, nodes, face_sizes, [&](std::span<const uint32_t> face) {
+  const bool has_faces = for_each_linear_face(type, nodes, face_sizes, [&](std::span<const uint32_t> face) {
     if (!status) return;
     const auto is_face = add(face, {cell_sides_++, cells, 0, 0}, anywhere, repeats);
     if (!is_face) status = tl::unexpected(is_face.error());

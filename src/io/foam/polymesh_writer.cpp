@@ -21,6 +21,7 @@
 #include "io/format.h"
 #include "io/notes.h"
 #include "io/reading.h"
+#include "mesh/cell_faces.h"
 #include "mesh/mesh_as_source.h"
 
 namespace maille {
@@ -223,13 +224,9 @@ Result<> PolyMeshWriter::add_cell(const MeshDescription::Block& block, uint64_t 
     written_.faces.add(place);
     return target.zone ? table_.add_zone_face(nodes_, target.number) : table_.add_face(nodes_, target.number);
   }
-  std::span<const uint32_t> sizes;
-  if (type == CellType::polyhedron)
-    sizes = std::span(piece_.face_sizes)
-                .subspan(piece_.cell_faces[i], piece_.cell_faces[i + 1] - piece_.cell_faces[i]);
   const uint64_t cell = table_.cells;
   // A cell that polyMesh cannot hold is counted by the table, for a note.
-  if (!MAILLE_TRY(table_.add_cell(type, nodes_, sizes))) return {};
+  if (!MAILLE_TRY(table_.add_cell(type, nodes_, face_sizes_of(piece_, i)))) return {};
   written_.cells.add(place);
   zones_.clear();
   const auto add_zone = [&](const std::string& name) {

@@ -72,7 +72,8 @@ std::string shape_of(const Mesh& mesh) {
   for (const CellBlock& block : mesh.blocks) {
     for (uint64_t i = 0; i < block.size(); ++i) {
       std::set<std::vector<uint32_t>> faces;
-      if (for_each_face(block, i, [&](std::span<const uint32_t> face) { faces.insert(rotated(face)); })) {
+      if (for_each_linear_face(block, i,
+                               [&](std::span<const uint32_t> face) { faces.insert(rotated(face)); })) {
         shape += std::to_string(static_cast<int>(block.type_of(i))) + ":";
       } else {
         shape += "face of " + block.name;

@@ -189,7 +189,7 @@ struct HedraCells {
     // Faces made up for other cells begin anywhere, those of polyhedra as the cell says: these are not
     // rotated, so that a file read and written again has the same lists.
     // The place for the number of faces is taken first and given back when the cell has no faces of its own.
-    if (!for_each_face(block, i, [&](std::span<const uint32_t> face) {
+    if (!for_each_linear_face(block, i, [&](std::span<const uint32_t> face) {
           lists.push_back(polyhedron ? faces.add(face) : faces.add(rotated(face)));
         })) {
       lists.pop_back();

@@ -9,6 +9,7 @@
 #include "io/vtk/vtk_legacy.h"
 #include "io/vtk/vtk_text.h"
 #include "io/vtk/vtu.h"
+#include "mesh/cell_faces.h"
 
 namespace maille {
 namespace {
@@ -179,18 +180,15 @@ void VtkWriter::put_points() {
 /// points and its points.
 template <class Put>
 void for_each_entry(const CellBlock& block, uint64_t i, Put put) {
-  std::span<const uint32_t> nodes = block.cell(i);
-  if (block.type_of(i) != CellType::polyhedron) {
+  const auto put_all = [&](std::span<const uint32_t> nodes) {
     for (const uint32_t node : nodes) put(node);
-    return;
-  }
-  const auto faces = block.faces(i);
-  put(static_cast<uint32_t>(faces.size()));
-  for (const uint32_t size : faces) {
-    put(size);
-    for (const uint32_t node : nodes.first(size)) put(node);
-    nodes = nodes.subspan(size);
-  }
+  };
+  if (block.type_of(i) != CellType::polyhedron) return put_all(block.cell(i));
+  put(static_cast<uint32_t>(block.faces(i).size()));
+  for_each_face(block.cell(i), block.faces(i), [&](std::span<const uint32_t> face) {
+    put(static_cast<uint32_t>(face.size()));
+    put_all(face);
+  });
 }
 
 void VtkWriter::put_cells() {

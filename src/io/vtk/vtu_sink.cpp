@@ -11,6 +11,7 @@
 #include "base/region_file.h"
 #include "base/result.h"
 #include "io/vtk/vtk_field_data.h"
+#include "io/vtk/vtk_polyhedron.h"
 #include "io/vtk/vtk_xml_writer.h"
 #include "io/vtk/vtu.h"
 
@@ -57,7 +58,6 @@ class VtuSink final : public MeshSink {
   Result<> write_names(uint64_t cells);
   uint64_t entries() const;
   uint64_t face_entries() const;
-  void take_polyhedron(const CellPiece& cells, uint64_t i);
   Result<> write_sizes();
   Result<> write(const Region& region, uint64_t at, Bytes bytes);
   Result<> write_integers(const Region& region, uint64_t first, std::span<const uint64_t> values,
@@ -262,32 +262,6 @@ uint64_t VtuSink::face_entries() const {
   return description_.polyhedra.cells + description_.polyhedra.faces + description_.polyhedra.corners;
 }
 
-/// Takes a polyhedron: its points once each, in the order in which its faces name them; and the number of
-/// faces, then of each the number of corners and the corners.
-void VtuSink::take_polyhedron(const CellPiece& cells, uint64_t i) {
-  const auto corners =
-      std::span(cells.connectivity).subspan(cells.offsets[i], cells.offsets[i + 1] - cells.offsets[i]);
-  sorted_.assign(corners.begin(), corners.end());
-  std::sort(sorted_.begin(), sorted_.end());
-  sorted_.erase(std::unique(sorted_.begin(), sorted_.end()), sorted_.end());
-  std::vector<bool> seen(sorted_.size());
-  for (const uint64_t point : corners) {
-    const auto at =
-        static_cast<size_t>(std::lower_bound(sorted_.begin(), sorted_.end(), point) - sorted_.begin());
-    if (!seen[at]) points_of_piece_.push_back(point);
-    seen[at] = true;
-  }
-  faces_of_piece_.push_back(cells.cell_faces[i + 1] - cells.cell_faces[i]);
-  auto corner = corners.begin();
-  for (uint64_t face = cells.cell_faces[i]; face < cells.cell_faces[i + 1]; ++face) {
-    const uint32_t size = cells.face_sizes[face];
-    faces_of_piece_.push_back(size);
-    faces_of_piece_.insert(faces_of_piece_.end(), corner, corner + size);
-    corner += size;
-  }
-  face_ends_of_piece_.push_back(face_entries_ + faces_of_piece_.size());
-}
-
 Result<> VtuSink::write_cells(const CellPiece& cells) {
   if (names_) MAILLE_CHECK(write_names(cells.size()));
   const bool by_faces = std::find(cells.types.begin(), cells.types.end(),
@@ -303,7 +277,10 @@ Result<> VtuSink::write_cells(const CellPiece& cells) {
   for (uint64_t i = 0; i < cells.size() && description_.polyhedra.cells > 0; ++i) {
     const auto at = [&](uint64_t k) { return cells.connectivity.begin() + static_cast<ptrdiff_t>(k); };
     if (static_cast<CellType>(cells.types[i]) == CellType::polyhedron) {
-      take_polyhedron(cells, i);
+      const auto corners =
+          std::span(cells.connectivity).subspan(cells.offsets[i], cells.offsets[i + 1] - cells.offsets[i]);
+      append_vtk_polyhedron(corners, face_sizes_of(cells, i), sorted_, points_of_piece_, faces_of_piece_);
+      face_ends_of_piece_.push_back(face_entries_ + faces_of_piece_.size());
     } else {
       points_of_piece_.insert(points_of_piece_.end(), at(cells.offsets[i]), at(cells.offsets[i + 1]));
       face_ends_of_piece_.push_back(~uint64_t{0});  // -1

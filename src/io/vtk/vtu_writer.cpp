@@ -4,6 +4,7 @@
 #include "base/result.h"
 #include "io/cells.h"
 #include "io/vtk/vtk_field_data.h"
+#include "io/vtk/vtk_polyhedron.h"
 #include "io/vtk/vtk_xml_writer.h"
 #include "io/vtk/vtu.h"
 
@@ -21,31 +22,6 @@ struct VtuCells {
   bool polyhedra = false;
 };
 
-/// Appends each point of a polyhedron once, in the order in which its faces name them.
-void append_points_of(std::span<const uint32_t> corners, std::vector<uint32_t>& sorted,
-                      std::vector<uint32_t>& out) {
-  sorted.assign(corners.begin(), corners.end());
-  std::sort(sorted.begin(), sorted.end());
-  sorted.erase(std::unique(sorted.begin(), sorted.end()), sorted.end());
-  std::vector<bool> seen(sorted.size());
-  for (const uint32_t point : corners) {
-    const auto at = std::lower_bound(sorted.begin(), sorted.end(), point) - sorted.begin();
-    if (!seen[static_cast<size_t>(at)]) out.push_back(point);
-    seen[static_cast<size_t>(at)] = true;
-  }
-}
-
-void append_faces(std::span<const uint32_t> corners, std::span<const uint32_t> sizes, VtuCells& cells) {
-  cells.faces.push_back(static_cast<uint32_t>(sizes.size()));
-  for (const uint32_t size : sizes) {
-    cells.faces.push_back(size);
-    cells.faces.insert(cells.faces.end(), corners.begin(), corners.begin() + size);
-    corners = corners.subspan(size);
-  }
-  cells.face_ends.back() = static_cast<int64_t>(cells.faces.size());
-  cells.polyhedra = true;
-}
-
 VtuCells collect_cells(const Mesh& mesh) {
   VtuCells cells;
   const uint64_t count = mesh.cell_count();
@@ -60,8 +36,9 @@ VtuCells collect_cells(const Mesh& mesh) {
       if (type == CellType::polyhedron) {
         // Cells before the first polyhedron have no faces, which VTK writes as -1.
         cells.face_ends.resize(cells.ends.size() + 1, -1);
-        append_faces(nodes, block.faces(i), cells);
-        append_points_of(nodes, sorted, cells.connectivity);
+        append_vtk_polyhedron(nodes, block.faces(i), sorted, cells.connectivity, cells.faces);
+        cells.face_ends.back() = static_cast<int64_t>(cells.faces.size());
+        cells.polyhedra = true;
       } else {
         cells.connectivity.insert(cells.connectivity.end(), nodes.begin(), nodes.end());
       }

@@ -6,6 +6,7 @@
 
 #include "base/pace.h"
 #include "base/result.h"
+#include "mesh/cell_faces.h"
 #include "numbers/number_map.h"
 #include "volume/pieces/cell_merger.h"
 #include "volume/pieces/in_rounds.h"
@@ -161,11 +162,10 @@ class PiecesFeeder {
         const Bytes tuple = Bytes(column->bytes).subspan(cell * size, size);
         values_.insert(values_.end(), tuple.begin(), tuple.end());
       }
-      const auto faces = block.cell_faces.empty() ? std::span<const uint32_t>() : block.faces(i);
       const uint64_t rising = kept_ ? piece.numbers.cells[cell] : cell;
       ++cell;
       return merger_->add(number, rising, b, static_cast<uint8_t>(block.type_of(i)), nodes_of_cell(block, i),
-                          faces, values_);
+                          block.faces(i), values_);
     }));
     return merger_->end_piece(number);
   }
@@ -179,16 +179,7 @@ class PiecesFeeder {
     }
     MAILLE_CHECK(visit_cells(piece, [&](uint32_t, const CellBlock& block, uint64_t i) -> Result<> {
       if (cells_.offsets.empty()) cells_.offsets.push_back(0);
-      const auto nodes = nodes_of_cell(block, i);
-      cells_.types.push_back(static_cast<uint8_t>(block.type_of(i)));
-      cells_.connectivity.insert(cells_.connectivity.end(), nodes.begin(), nodes.end());
-      cells_.offsets.push_back(cells_.connectivity.size());
-      if (!block.cell_faces.empty()) {
-        const auto faces = block.faces(i);
-        cells_.cell_faces.resize(cells_.types.size(), cells_.face_sizes.size());
-        cells_.face_sizes.insert(cells_.face_sizes.end(), faces.begin(), faces.end());
-        cells_.cell_faces.push_back(cells_.face_sizes.size());
-      }
+      append_cell(block.type_of(i), nodes_of_cell(block, i), block.faces(i), cells_);
       constexpr size_t at_once = 4096;
       return cells_.size() < at_once ? Result<>() : flush();
     }));

@@ -8,6 +8,7 @@
 #include "base/pace.h"
 #include "base/result.h"
 #include "base/sort_unique.h"
+#include "mesh/cell_faces.h"
 #include "volume/order/working_memory.h"
 #include "volume/pieces/cut_rules.h"
 #include "volume/pieces/in_rounds.h"
@@ -206,11 +207,6 @@ Result<> SourcePieces::distribute() {
     for (uint64_t i = 0; i < piece.size(); ++i) {
       const auto nodes =
           std::span(piece.connectivity).subspan(piece.offsets[i], piece.offsets[i + 1] - piece.offsets[i]);
-      const auto faces =
-          piece.cell_faces.empty()
-              ? std::span<const uint32_t>()
-              : std::span(piece.face_sizes)
-                    .subspan(piece.cell_faces[i], piece.cell_faces[i + 1] - piece.cell_faces[i]);
       // Middles are computed once more: keeping them would take memory for every cell.
       const uint32_t to =
           by_number_
@@ -218,7 +214,7 @@ Result<> SourcePieces::distribute() {
               : cuts_.piece_of({MAILLE_TRY(corners_of(nodes)).middle(), static_cast<uint32_t>(first + i)});
       ++sizes_[to].cells;
       ByteWriter out;
-      packers[to].pack(first + i, block_of(first + i), piece.types[i], nodes, faces, out);
+      packers[to].pack(first + i, block_of(first + i), piece.types[i], nodes, face_sizes_of(piece, i), out);
       for (size_t k = 0; k < columns_.size(); ++k) {
         const size_t size = description().arrays[columns_[k]].tuple_size();
         out.put_bytes(Bytes(values[k]).subspan(i * size, size));

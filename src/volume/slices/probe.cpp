@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mesh/cell_faces.h"
 #include "numbers/number_map.h"
 #include "numbers/point_position.h"
-#include "volume/slices/solid_faces.h"
 
 namespace maille {
 namespace {

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "base/bytes.h"
+#include "mesh/cell_faces.h"
 #include "numbers/number_map.h"
 #include "numbers/point_position.h"
-#include "volume/slices/solid_faces.h"
 
 namespace maille {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
+#include "mesh/cell_faces.h"
 #include "numbers/point_position.h"
-#include "volume/slices/solid_faces.h"
 #include "volume/testing.h"
 
 namespace maille {

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "mesh/cell_faces.h"
+
 // A mesh in memory as a sink of parts, for tests; as a source: mesh/mesh_as_source.h.
 
 namespace maille::testing {
@@ -55,10 +57,8 @@ class MeshFromParts final : public MeshSink {
  private:
   static void add_faces(const CellPiece& cells, size_t i, CellBlock& block) {
     block.cell_faces.resize(block.size(), block.face_sizes.size());
-    if (!cells.cell_faces.empty()) {
-      const auto at = [&](uint64_t k) { return cells.face_sizes.begin() + static_cast<ptrdiff_t>(k); };
-      block.face_sizes.insert(block.face_sizes.end(), at(cells.cell_faces[i]), at(cells.cell_faces[i + 1]));
-    }
+    const auto sizes = face_sizes_of(cells, i);
+    block.face_sizes.insert(block.face_sizes.end(), sizes.begin(), sizes.end());
     block.cell_faces.push_back(block.face_sizes.size());
   }
   void next_block() {

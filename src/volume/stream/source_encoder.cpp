@@ -10,6 +10,7 @@
 #include "base/pace.h"
 #include "base/result.h"
 #include "description/description.h"
+#include "mesh/cell_faces.h"
 #include "surface/arrays/array_report.h"
 #include "volume/cells/cell_coder.h"
 #include "volume/order/last_uses.h"
@@ -137,16 +138,11 @@ class SourceFeeder {
     const auto flags = std::span(piece.flags).subspan(begin, corners);
     const auto type = static_cast<CellType>(cells.types[i]);
     if (type == CellType::polyhedron) {
-      MAILLE_CHECK(writer_.add_polyhedron(faces_of(cells, i), points, flags, tuples_));
+      MAILLE_CHECK(writer_.add_polyhedron(face_sizes_of(cells, i), points, flags, tuples_));
     } else {
       MAILLE_CHECK(writer_.add_cells(type, points, flags, tuples_, nodes));
     }
     return next - i;
-  }
-
-  static std::span<const uint32_t> faces_of(const CellPiece& cells, uint64_t i) {
-    return std::span(cells.face_sizes)
-        .subspan(cells.cell_faces[i], cells.cell_faces[i + 1] - cells.cell_faces[i]);
   }
 
   MeshSource& mesh_;
