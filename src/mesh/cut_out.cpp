@@ -7,19 +7,6 @@
 namespace maille {
 namespace {
 
-/// What the block it comes from lacks (types, offsets, faces) stays empty, so that validate() takes the copy
-/// as it took the original.
-void append_cell(const CellBlock& from, uint64_t i, CellBlock& to) {
-  const auto points = from.cell(i);
-  if (!from.types.empty()) to.types.push_back(from.types[i]);
-  to.connectivity.insert(to.connectivity.end(), points.begin(), points.end());
-  if (!from.offsets.empty()) to.offsets.push_back(to.connectivity.size());
-  if (from.cell_faces.empty()) return;
-  const auto faces = from.faces(i);
-  to.face_sizes.insert(to.face_sizes.end(), faces.begin(), faces.end());
-  to.cell_faces.push_back(to.face_sizes.size());
-}
-
 /// Numbers of the corners of cells, through all blocks.
 /// `cells` rise. The corners of all cells are counted on the way, since cells of a mixed block differ in
 /// size.
@@ -59,6 +46,26 @@ void take_arrays(const Mesh& mesh, std::span<const uint32_t> cells, CutArrays ar
 
 }  // namespace
 
+CellBlock without_cells(const CellBlock& block) {
+  CellBlock none;
+  none.name = block.name;
+  none.type = block.type;
+  if (!block.offsets.empty()) none.offsets.push_back(0);
+  if (!block.cell_faces.empty()) none.cell_faces.push_back(0);
+  return none;
+}
+
+void append_cell(const CellBlock& from, uint64_t i, CellBlock& to) {
+  const auto points = from.cell(i);
+  if (!from.types.empty()) to.types.push_back(from.types[i]);
+  to.connectivity.insert(to.connectivity.end(), points.begin(), points.end());
+  if (!from.offsets.empty()) to.offsets.push_back(to.connectivity.size());
+  if (from.cell_faces.empty()) return;
+  const auto faces = from.faces(i);
+  to.face_sizes.insert(to.face_sizes.end(), faces.begin(), faces.end());
+  to.cell_faces.push_back(to.face_sizes.size());
+}
+
 Array taken(const Array& from, std::span<const uint32_t> tuples) {
   Array to = make_array(from.name, from.domain, from.type, from.components, from.role);
   to.labels = from.labels;
@@ -79,11 +86,7 @@ CutOut cut_out(const Mesh& mesh, std::span<const uint32_t> cells, CutArrays arra
   size_t next = 0;
   for (const CellBlock& block : mesh.blocks) {
     const uint64_t end = first + block.size();
-    CellBlock& to = cut.mesh.blocks.emplace_back();
-    to.name = block.name;
-    to.type = block.type;
-    if (!block.offsets.empty()) to.offsets.push_back(0);
-    if (!block.cell_faces.empty()) to.cell_faces.push_back(0);
+    CellBlock& to = cut.mesh.blocks.emplace_back(without_cells(block));
     for (; next < cells.size() && cells[next] < end; ++next) append_cell(block, cells[next] - first, to);
     for (const uint32_t point : to.connectivity) points.add(point);
     first = end;

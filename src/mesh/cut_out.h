@@ -21,6 +21,11 @@ enum class CutArrays : uint8_t { all, elements };
 /// Takes an eighth of a byte a point of the whole mesh, so cutting many small parts costs time for each.
 CutOut cut_out(const Mesh& mesh, std::span<const uint32_t> cells, CutArrays arrays);
 
+/// A block of the same name and type that append_cell() adds cells to. What the block lacks (types, offsets,
+/// faces) stays empty, so that validate() takes the copy as it took the original.
+CellBlock without_cells(const CellBlock& block);
+void append_cell(const CellBlock& from, uint64_t i, CellBlock& to);
+
 /// Some tuples of an array, in the order given; numbers may come again. All are below the array's count.
 Array taken(const Array& from, std::span<const uint32_t> tuples);
 

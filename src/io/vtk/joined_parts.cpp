@@ -7,6 +7,7 @@
 
 #include "io/reading.h"
 #include "io/vtk/vtk_field_data.h"
+#include "mesh/cut_out.h"
 
 namespace maille {
 namespace {
@@ -359,17 +360,6 @@ class PartJoiner {
     }
   }
 
-  static void gather(Array& array, const std::vector<uint32_t>& elements) {
-    std::vector<std::byte> bytes;
-    const size_t size = array.tuple_size();
-    bytes.reserve(elements.size() * size);
-    for (const uint32_t i : elements) {
-      const auto from = array.bytes.begin() + static_cast<ptrdiff_t>(i * size);
-      bytes.insert(bytes.end(), from, from + static_cast<ptrdiff_t>(size));
-    }
-    array.bytes = std::move(bytes);
-  }
-
   void rebuild() {
     std::vector<uint32_t> number(mesh_.point_count(), none);
     for (uint32_t i = 0; i < points_.size(); ++i) number[points_[i]] = i;
@@ -378,37 +368,23 @@ class PartJoiner {
     uint64_t cells = 0;
     for (const CellBlock& block : mesh_.blocks) ends.push_back(cells += block.size());
     size_t b = 0;
-    for (const CellBlock& block : mesh_.blocks) {
-      CellBlock& to = blocks.emplace_back();
-      to.name = block.name;
-      to.type = block.type;
-      if (!block.offsets.empty()) to.offsets.push_back(0);
-      if (!block.cell_faces.empty()) to.cell_faces.push_back(0);
-    }
+    for (const CellBlock& block : mesh_.blocks) blocks.push_back(without_cells(block));
     // With several blocks cells_ ascends, so `b` only moves forward.
     for (const uint32_t cell : cells_) {
       if (mesh_.blocks.size() > 1) {
         while (cell >= ends[b]) ++b;
       }
-      append_cell(mesh_.blocks[b], cell - (ends[b] - mesh_.blocks[b].size()), number, blocks[b]);
+      append_cell(mesh_.blocks[b], cell - (ends[b] - mesh_.blocks[b].size()), blocks[b]);
+    }
+    for (CellBlock& block : blocks) {
+      for (uint32_t& point : block.connectivity) point = number[joined_[point]];
     }
     mesh_.blocks = std::move(blocks);
-    gather(mesh_.points, points_);
+    mesh_.points = taken(mesh_.points, points_);
     for (Array& array : mesh_.arrays) {
-      if (array.domain == Domain::point) gather(array, points_);
-      if (array.domain == Domain::cell) gather(array, cells_);
+      if (array.domain == Domain::point) array = taken(array, points_);
+      if (array.domain == Domain::cell) array = taken(array, cells_);
     }
-  }
-
-  void append_cell(const CellBlock& from, uint64_t i, const std::vector<uint32_t>& number,
-                   CellBlock& to) const {
-    for (const uint32_t point : from.cell(i)) to.connectivity.push_back(number[joined_[point]]);
-    if (!from.types.empty()) to.types.push_back(from.types[i]);
-    if (!from.offsets.empty()) to.offsets.push_back(to.connectivity.size());
-    if (from.cell_faces.empty()) return;
-    const auto faces = from.faces(i);
-    to.face_sizes.insert(to.face_sizes.end(), faces.begin(), faces.end());
-    to.cell_faces.push_back(to.face_sizes.size());
   }
 
   /// Clears the flags of what was there twice. Other flags (hidden cells, say) stay, and the arrays go when
