@@ -45,6 +45,39 @@ Result<Array> read_text_array(const VtkXml& xml, pugi::xml_node node, Domain dom
   return texts.numbers(node.attribute("Name").as_string(), domain, components, strings);
 }
 
+Result<> append_vtk_arrays(const VtkXml& xml, pugi::xml_node data, Domain domain, uint64_t count,
+                           const std::string& where, bool first, Budget& budget, VtkTexts& texts,
+                           std::vector<Array>& arrays) {
+  const auto malformed = [](const std::string& place, const std::string& what) {
+    return failure(ErrorCode::malformed_input, place + ": " + what);
+  };
+  size_t index = 0;
+  // Arrays of points and cells may share one list.
+  const auto next = [&] {
+    while (index < arrays.size() && arrays[index].domain != domain) ++index;
+    return index;
+  };
+  MAILLE_CHECK(for_each_vtk_array(
+      xml, data, domain, where, budget, texts, [&](Array array, const std::string& place) -> Result<> {
+        if (array.count() != count) {
+          return malformed(place, "it has " + std::to_string(array.count()) + " tuples for " +
+                                      std::to_string(count) + " " + name_of(domain) + "s");
+        }
+        if (first) {
+          arrays.push_back(std::move(array));
+          return {};
+        }
+        if (next() == arrays.size() || arrays[index].name != array.name || arrays[index].type != array.type ||
+            arrays[index].components != array.components)
+          return malformed(place, "pieces must have the same arrays in the same order");
+        Buffer<std::byte>& bytes = arrays[index++].bytes;
+        bytes.insert(bytes.end(), array.bytes.begin(), array.bytes.end());
+        return {};
+      }));
+  if (!first && next() != arrays.size()) return malformed(where, "an array of the first piece is missing");
+  return {};
+}
+
 Result<VtkFieldData> read_vtk_field_data(const VtkXml& xml, pugi::xml_node data_set, Budget& budget) {
   VtkFieldData field;
   // VTK writes FieldData into the data set; other programs put it beside it.

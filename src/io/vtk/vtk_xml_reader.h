@@ -41,6 +41,13 @@ Result<> for_each_vtk_array(const VtkXml& xml, pugi::xml_node data, Domain domai
   return {};
 }
 
+/// Appends the arrays of one piece of a mesh, with `count` tuples each, to those of the pieces before. The
+/// first piece says which there are; the others must have those of the domain in the same order. Errors:
+/// malformed_input, memory_bound.
+Result<> append_vtk_arrays(const VtkXml& xml, pugi::xml_node data, Domain domain, uint64_t count,
+                           const std::string& where, bool first, Budget& budget, VtkTexts& texts,
+                           std::vector<Array>& arrays);
+
 /// Whether a tag has vtk_own_text_mark, and its text is in bytes.
 bool is_own_text(const pugi::xml_node& node);
 

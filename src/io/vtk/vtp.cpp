@@ -48,7 +48,6 @@ class VtpReader {
   Result<> append_cells(Kind kind, const Array& connectivity, const Array& offsets, uint64_t points,
                         const std::string& where);
   Result<> append_strip(Cells& into, std::span<const uint32_t> strip);
-  Result<> read_point_data(pugi::xml_node piece, uint64_t points, const std::string& where, bool first);
   Result<> read_cell_data(pugi::xml_node piece, const std::string& where, bool first);
   Result<> append_cell_tuples(CellArray& into, const Array& values, const std::string& where);
   Result<> read_field_data();
@@ -173,34 +172,6 @@ Result<> VtpReader::read_cells(pugi::xml_node piece, Kind kind, uint64_t points,
   return append_cells(kind, connectivity, offsets, points, where);
 }
 
-Result<> VtpReader::read_point_data(pugi::xml_node piece, uint64_t points, const std::string& in,
-                                    bool first) {
-  const std::string where = in + ", PointData";
-  size_t index = 0;
-  MAILLE_CHECK(for_each_vtk_array(
-      xml_, piece.child("PointData"), Domain::point, where, budget_, texts_,
-      [&](Array array, const std::string& place) {
-        if (array.count() != points) {
-          return Result<>(malformed(place, "it has " + std::to_string(array.count()) + " tuples for " +
-                                               std::to_string(points) + " points"));
-        }
-        if (first) {
-          mesh_.arrays.push_back(std::move(array));
-          return Result<>();
-        }
-        if (index == mesh_.arrays.size() || mesh_.arrays[index].name != array.name ||
-            mesh_.arrays[index].type != array.type || mesh_.arrays[index].components != array.components) {
-          return Result<>(malformed(place, "pieces must have the same arrays in the same order"));
-        }
-        Buffer<std::byte>& bytes = mesh_.arrays[index++].bytes;
-        bytes.insert(bytes.end(), array.bytes.begin(), array.bytes.end());
-        return Result<>();
-      }));
-  if (!first && index != mesh_.arrays.size())
-    return malformed(where, "an array of the first piece is missing");
-  return {};
-}
-
 Result<> VtpReader::append_cell_tuples(CellArray& into, const Array& values, const std::string& where) {
   uint64_t cells = 0;
   for (const uint64_t count : piece_cells_) cells += count;
@@ -255,7 +226,8 @@ Result<> VtpReader::read_piece(pugi::xml_node piece, size_t number) {
     MAILLE_CHECK(read_cells(piece, kind, points, where));
   }
   strip_count_ += piece_strips_.size();
-  MAILLE_CHECK(read_point_data(piece, points, where, number == 0));
+  MAILLE_CHECK(append_vtk_arrays(xml_, piece.child("PointData"), Domain::point, points, where + ", PointData",
+                                 number == 0, budget_, texts_, mesh_.arrays));
   return read_cell_data(piece, where, number == 0);
 }
 

@@ -143,34 +143,7 @@ Result<> VtuReader::read_data(const VtkXml& xml, pugi::xml_node data, Domain dom
   const std::string where = in + ", " + (domain == Domain::point ? "PointData" : "CellData");
   // Empty pieces may lack their arrays, as those of processes without a share of the mesh do.
   if (pieces_ > 0 && count == 0) return {};
-  size_t index = 0;
-  // Arrays of points and cells share one list; pieces must name those of a domain in the same order.
-  const auto next = [&] {
-    while (index < mesh_.arrays.size() && mesh_.arrays[index].domain != domain) ++index;
-    return index;
-  };
-  MAILLE_CHECK(for_each_vtk_array(
-      xml, data, domain, where, budget_, texts_, [&](Array array, const std::string& place) {
-        if (array.count() != count) {
-          return Result<>(malformed(place, "it has " + std::to_string(array.count()) + " tuples for " +
-                                               std::to_string(count) + " " + name_of(domain) + "s"));
-        }
-        if (pieces_ == 0) {
-          mesh_.arrays.push_back(std::move(array));
-          return Result<>();
-        }
-        if (next() == mesh_.arrays.size() || mesh_.arrays[index].name != array.name ||
-            mesh_.arrays[index].type != array.type || mesh_.arrays[index].components != array.components) {
-          return Result<>(malformed(place, "pieces must have the same arrays in the same order"));
-        }
-        Buffer<std::byte>& bytes = mesh_.arrays[index++].bytes;
-        bytes.insert(bytes.end(), array.bytes.begin(), array.bytes.end());
-        return Result<>();
-      }));
-  if (pieces_ > 0 && next() != mesh_.arrays.size()) {
-    return malformed(where, "an array of the first piece is missing");
-  }
-  return {};
+  return append_vtk_arrays(xml, data, domain, count, where, pieces_ == 0, budget_, texts_, mesh_.arrays);
 }
 
 Result<> VtuReader::read_piece(const VtkXml& xml, pugi::xml_node piece) {
