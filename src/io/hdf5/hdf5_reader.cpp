@@ -110,6 +110,12 @@ class LoadedFile {
   Handle opened(const std::string& path) const {
     return {h5_.o_open(file_, path.c_str(), H5P_DEFAULT), h5_.o_close};
   }
+  /// Negative where the object has no such attribute.
+  Handle attribute(const std::string& object, const std::string& name) const {
+    const Handle owner = opened(object);
+    const bool has = owner >= 0 && h5_.a_exists(owner, name.c_str()) > 0;
+    return {has ? h5_.a_open(owner, name.c_str(), H5P_DEFAULT) : hid_t{-1}, h5_.a_close};
+  }
   /// Of the machine's numbers.
   Handle native(hid_t type) const { return {h5_.t_get_native_type(type, H5T_DIR_ASCEND), h5_.t_close}; }
   std::optional<Scalar> scalar_of(hid_t native_type) const;
@@ -226,9 +232,7 @@ void LoadedFile::rows(const std::string& path, uint64_t first, uint64_t count, u
 }
 
 std::optional<std::string> LoadedFile::text_of(const std::string& object, const std::string& name) const {
-  const Handle owner = opened(object);
-  if (owner < 0 || h5_.a_exists(owner, name.c_str()) <= 0) return std::nullopt;
-  const Handle attribute(h5_.a_open(owner, name.c_str(), H5P_DEFAULT), h5_.a_close);
+  const Handle attribute = this->attribute(object, name);
   if (attribute < 0) return std::nullopt;
   const Handle space(h5_.a_get_space(attribute), h5_.s_close);
   const Handle type(h5_.a_get_type(attribute), h5_.t_close);
@@ -252,9 +256,7 @@ std::optional<std::string> LoadedFile::text_of(const std::string& object, const 
 }
 
 std::optional<int64_t> LoadedFile::number_of(const std::string& object, const std::string& name) const {
-  const Handle owner = opened(object);
-  if (owner < 0 || h5_.a_exists(owner, name.c_str()) <= 0) return std::nullopt;
-  const Handle attribute(h5_.a_open(owner, name.c_str(), H5P_DEFAULT), h5_.a_close);
+  const Handle attribute = this->attribute(object, name);
   if (attribute < 0) return std::nullopt;
   const Handle space(h5_.a_get_space(attribute), h5_.s_close);
   const Handle type(h5_.a_get_type(attribute), h5_.t_close);
