@@ -9,8 +9,7 @@
 #include <string>
 
 #include "io/same_mesh.h"
-#include "support/cases.h"
-#include "support/random.h"
+#include "support/hdf5_files.h"
 #include "support/sample_mesh.h"
 
 namespace maille {
@@ -24,17 +23,8 @@ using ::testing::Pair;
 using testing::sample_path;
 using testing::text_of_file;
 
-class Cgns : public ::testing::Test {
+class Cgns : public testing::Hdf5Test {
  protected:
-  void SetUp() override {
-    const auto probe = read_mesh(sample_path("polyhedra.cgns"));
-    if (!probe && probe.error().code == ErrorCode::unsupported) GTEST_SKIP() << probe.error().message;
-  }
-  static ReadResult read(const std::string& name) {
-    auto result = read_mesh(sample_path(name));
-    EXPECT_TRUE(result) << result.error().message;
-    return result ? *std::move(result) : ReadResult();
-  }
   static std::vector<std::string> names(const Mesh& mesh) {
     std::vector<std::string> names;
     for (const CellBlock& block : mesh.blocks) names.push_back(block.name);
@@ -192,19 +182,7 @@ TEST_F(Cgns, ListsOfOlderVersionsHaveTheirLengthBeforeThem) {
 }
 
 TEST_F(Cgns, SurvivesRandomDamage) {
-  const std::string whole = text_of_file(sample_path("polyhedra_33.cgns"));
-  testing::Random random(1);
-  for (uint64_t i = 0; i < testing::cases(200); ++i) {
-    std::string damaged = whole;
-    for (uint32_t change = random.between(1, 4); change > 0; --change)
-      damaged[random.below(damaged.size())] = static_cast<char>(random.next());
-    if (random.chance(10)) damaged.resize(random.below(damaged.size()));
-    const auto result = read_mesh(*memory_source(std::as_bytes(std::span(damaged)), "x.cgns"), {});
-    if (result)
-      EXPECT_TRUE(validate(result->mesh));
-    else
-      EXPECT_THAT(result.error().message, HasSubstr("x.cgns: "));
-  }
+  testing::expect_to_survive_damage(text_of_file(sample_path("polyhedra_33.cgns")), "x.cgns", 200);
 }
 
 }  // namespace

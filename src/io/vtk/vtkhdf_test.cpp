@@ -8,6 +8,7 @@
 #include <string>
 
 #include "io/same_mesh.h"
+#include "support/hdf5_files.h"
 #include "support/sample_mesh.h"
 
 namespace maille {
@@ -20,17 +21,8 @@ using ::testing::HasSubstr;
 using testing::sample_path;
 using testing::text_of_file;
 
-class VtkHdf : public ::testing::Test {
+class VtkHdf : public testing::Hdf5Test {
  protected:
-  void SetUp() override {
-    const auto probe = read_mesh(sample_path("pieces.vtkhdf"));
-    if (!probe && probe.error().code == ErrorCode::unsupported) GTEST_SKIP() << probe.error().message;
-  }
-  static ReadResult read(const std::string& name) {
-    auto result = read_mesh(sample_path(name));
-    EXPECT_TRUE(result) << result.error().message;
-    return result ? *std::move(result) : ReadResult();
-  }
   /// Datasets come by name.
   static void sort_arrays(Mesh& mesh) {
     std::sort(mesh.arrays.begin(), mesh.arrays.end(), [](const Array& a, const Array& b) {

@@ -7,8 +7,7 @@
 #include <string>
 
 #include "io/same_mesh.h"
-#include "support/cases.h"
-#include "support/random.h"
+#include "support/hdf5_files.h"
 #include "support/sample_mesh.h"
 
 namespace maille {
@@ -123,19 +122,8 @@ TEST(Xdmf, WhatIsWrongIsSaid) {
 }
 
 TEST(Xdmf, SurvivesRandomDamage) {
-  const std::string whole = text_of_file(sample_path("xdmf/series.xdmf"));
-  testing::Random random(1);
-  for (uint64_t i = 0; i < testing::cases(2000); ++i) {
-    std::string damaged = whole;
-    for (uint32_t change = random.between(1, 4); change > 0; --change)
-      damaged[random.below(damaged.size())] = "0123456789<>/\"=- eMX"[random.below(20)];
-    if (random.chance(10)) damaged.resize(random.below(damaged.size()));
-    const auto result = read_xdmf_text(damaged);
-    if (result)
-      EXPECT_TRUE(validate(result->mesh));
-    else
-      EXPECT_THAT(result.error().message, HasSubstr("x.xdmf: "));
-  }
+  testing::expect_to_survive_damage(text_of_file(sample_path("xdmf/series.xdmf")), "x.xdmf", 2000,
+                                    "0123456789<>/\"=- eMX");
 }
 
 }  // namespace
