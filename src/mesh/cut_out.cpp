@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "mesh/empty_like.h"
 #include "mesh/ranked_set.h"
 
 namespace maille {
@@ -67,8 +68,7 @@ void append_cell(const CellBlock& from, uint64_t i, CellBlock& to) {
 }
 
 Array taken(const Array& from, std::span<const uint32_t> tuples) {
-  Array to = make_array(from.name, from.domain, from.type, from.components, from.role);
-  to.labels = from.labels;
+  Array to = empty_like(from);
   const size_t size = from.tuple_size();
   to.bytes.resize(tuples.size() * size);
   for (size_t i = 0; i < tuples.size(); ++i)

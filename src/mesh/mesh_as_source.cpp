@@ -4,6 +4,7 @@
 
 #include "base/result.h"
 #include "mesh/cell_faces.h"
+#include "mesh/empty_like.h"
 
 namespace maille {
 namespace {
@@ -25,9 +26,7 @@ class MeshAsSource final : public MeshSource {
       if (array.domain == Domain::mesh) description_.mesh_arrays.push_back(array);
       // A source that is read in parts has no arrays on corners (MeshSource).
       if (array.domain != Domain::point && array.domain != Domain::cell) continue;
-      Array described = make_array(array.name, array.domain, array.type, array.components, array.role);
-      described.labels = array.labels;
-      description_.arrays.push_back(std::move(described));
+      description_.arrays.push_back(empty_like(array));
       arrays_.push_back(&array);
     }
   }

@@ -9,6 +9,7 @@
 #include "io/gltf/gltf_scene.h"
 #include "io/gltf/gltf_writer.h"
 #include "io/reading.h"
+#include "mesh/empty_like.h"
 #include "numbers/number_map.h"
 
 namespace maille {
@@ -135,8 +136,7 @@ void SceneMaker::begin() {
     if (!of_nodes && key != "gltf.only") scene_.metadata.emplace_back(key, value);
   }
   for (const Array& array : mesh_.arrays) {
-    scene_.arrays.push_back(make_array(array.name, array.domain, array.type, array.components, array.role));
-    scene_.arrays.back().labels = array.labels;
+    scene_.arrays.push_back(empty_like(array));
     if (array.domain == Domain::mesh) scene_.arrays.back().bytes = array.bytes;
   }
 }

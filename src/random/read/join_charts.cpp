@@ -8,6 +8,7 @@
 #include "base/bytes.h"
 #include "base/result.h"
 #include "description/remains.h"
+#include "mesh/empty_like.h"
 #include "random/read/random_reader.h"
 #include "surface/parts/merge_parts.h"
 
@@ -25,21 +26,15 @@ namespace {
 /// It stands in where nothing was selected or nothing is left, so that the result still has the blocks and
 /// arrays of the mesh.
 DecodedChart empty_chart(const Description& description, const DecodeOptions& options) {
-  const auto array_like = [](const ArrayDescription& described) {
-    Array array =
-        make_array(described.name, described.domain, described.type, described.components, described.role);
-    array.labels = described.labels;
-    return array;
-  };
   DecodedChart chart;
-  chart.mesh.points = array_like(description.positions);
+  chart.mesh.points = empty_like(description.positions);
   for (const CodedBlock& coded : description.blocks) {
     CellBlock& block = chart.mesh.blocks.emplace_back();
     block.type = coded.shape.type;
     if (nodes_of(block.type) == 0) block.offsets.push_back(0);
   }
   for (const ArrayDescription& described : description.arrays) {
-    if (is_wanted(options, described.name)) chart.mesh.arrays.push_back(array_like(described));
+    if (is_wanted(options, described.name)) chart.mesh.arrays.push_back(empty_like(described));
   }
   return chart;
 }
@@ -143,9 +138,7 @@ class PointRows {
   template <class ArrayOf>
   void add(std::span<const DecodedChart> charts, ArrayOf array_of) {
     const Array& from = array_of(charts[0].mesh);
-    Column column{
-        make_array(from.name, from.domain, from.type, from.components, from.role), from.tuple_size(), {}};
-    column.like.labels = from.labels;
+    Column column{empty_like(from), from.tuple_size(), {}};
     for (const DecodedChart& chart : charts) {
       const Array& array = array_of(chart.mesh);
       column.bytes.insert(column.bytes.end(), array.bytes.begin(), array.bytes.end());
@@ -167,10 +160,7 @@ class FaceRows {
       const bool everywhere = std::all_of(charts.begin(), charts.end(), [&](const DecodedChart& chart) {
         return chart.mesh.find(from.name, from.domain) != nullptr;
       });
-      if (!everywhere) continue;
-      Array& array =
-          arrays_.emplace_back(make_array(from.name, from.domain, from.type, from.components, from.role));
-      array.labels = from.labels;
+      if (everywhere) arrays_.push_back(empty_like(from));
     }
   }
   void begin(const Mesh& chart) {

@@ -3,6 +3,7 @@
 
 #include "base/result.h"
 #include "base/sort_unique.h"
+#include "mesh/empty_like.h"
 #include "mesh/ranked_set.h"
 #include "volume/pieces/piece_reader.h"
 
@@ -187,14 +188,6 @@ class PieceJoiner {
     return numbers;
   }
 
-  // Labels are those of the file; pieces have them, too, but are not asked.
-  static Array empty_like(const StreamArray& described) {
-    Array array =
-        make_array(described.name, described.domain, described.type, described.components, described.role);
-    array.labels = described.labels;
-    return array;
-  }
-
   /// Points that several pieces have are written by each of them, with the same values; of steps they may
   /// differ within the bound, and the last piece wins.
   template <class ArrayOf>
@@ -299,6 +292,7 @@ class PieceJoiner {
       if (reader_.wanted()[i] == 0) continue;
       const size_t number = next++;
       const auto array_of = [&](const Mesh& piece) -> const Array& { return piece.arrays[number]; };
+      // Labels are those of the file; pieces have them, too, but are not asked.
       Array& array = mesh.arrays.emplace_back(empty_like(description.arrays[i]));
       if (array.domain == Domain::point) {
         take_points(array, array_of);

@@ -8,6 +8,7 @@
 
 #include "base/result.h"
 #include "base/scratch_file.h"
+#include "mesh/empty_like.h"
 #include "volume/pieces/packed_cells.h"
 
 namespace maille {
@@ -31,9 +32,7 @@ class SpooledMesh final : public MeshSource {
     description_.metadata = options.metadata;
     columns_.push_back({MAILLE_TRY(ScratchFile::create(folder)), options.positions.tuple_size()});
     for (const StreamArray& array : options.arrays) {
-      Array& described = description_.arrays.emplace_back(
-          make_array(array.name, array.domain, array.type, array.components, array.role));
-      described.labels = array.labels;
+      description_.arrays.push_back(empty_like(array));
       columns_.push_back({MAILLE_TRY(ScratchFile::create(folder)), array.tuple_size()});
     }
     return {};

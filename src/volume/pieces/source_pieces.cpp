@@ -9,6 +9,7 @@
 #include "base/result.h"
 #include "base/sort_unique.h"
 #include "mesh/cell_faces.h"
+#include "mesh/empty_like.h"
 #include "volume/order/working_memory.h"
 #include "volume/pieces/cut_rules.h"
 #include "volume/pieces/in_rounds.h"
@@ -106,13 +107,6 @@ void split_tuples(Bytes tuples, std::span<Array* const> columns) {
       std::copy_n(tuples.data() + i * size + at, width, column->bytes.data() + i * width);
     at += width;
   }
-}
-
-Array empty_like(const Array& described) {
-  Array array =
-      make_array(described.name, described.domain, described.type, described.components, described.role);
-  array.labels = described.labels;
-  return array;
 }
 
 }  // namespace

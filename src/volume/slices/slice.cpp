@@ -7,6 +7,7 @@
 
 #include "base/bytes.h"
 #include "mesh/cell_faces.h"
+#include "mesh/empty_like.h"
 #include "numbers/number_map.h"
 #include "numbers/point_position.h"
 
@@ -128,9 +129,7 @@ class Slicer {
     interpolate(mesh_.points, sliced_.points);
     for (const Array& array : mesh_.arrays) {
       if (array.domain != Domain::point && array.domain != Domain::cell) continue;
-      Array& to = sliced_.arrays.emplace_back(
-          make_array(array.name, array.domain, array.type, array.components, array.role));
-      to.labels = array.labels;
+      Array& to = sliced_.arrays.emplace_back(empty_like(array));
       if (array.domain == Domain::point) {
         interpolate(array, to);
         continue;

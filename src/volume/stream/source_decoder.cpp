@@ -9,6 +9,7 @@
 #include "base/result.h"
 #include "container/file_reader.h"
 #include "description/description.h"
+#include "mesh/empty_like.h"
 #include "volume/stream/number_set.h"
 #include "volume/stream/portion_pipeline.h"
 #include "volume/stream/step_chain.h"
@@ -162,9 +163,7 @@ Result<MeshDescription> describe(const Source& source, const DecodeOptions& opti
   for (const StreamTail::Block& block : ends.tail.blocks)
     mesh.blocks.push_back({block.name, block.type, block.cells});
   for (const StreamArray& array : stream.arrays) {
-    if (!is_wanted(options, array.name)) continue;
-    mesh.arrays.push_back(make_array(array.name, array.domain, array.type, array.components, array.role));
-    mesh.arrays.back().labels = array.labels;
+    if (is_wanted(options, array.name)) mesh.arrays.push_back(empty_like(array));
   }
   mesh.mesh_arrays = stream.mesh_arrays;
   mesh.metadata = stream.metadata;

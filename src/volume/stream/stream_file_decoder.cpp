@@ -1,3 +1,4 @@
+#include "mesh/empty_like.h"
 #include "volume/stream/stream_file.h"
 
 #include <maille/stream.h>
@@ -26,10 +27,10 @@ class MeshCollector {
  public:
   MeshCollector(const StreamDescription& description, const DecodeOptions& options)
       : options_(options), numbered_(description.numbered) {
-    mesh_.points = make(description.positions);
+    mesh_.points = empty_like(description.positions);
     for (const StreamArray& array : description.arrays) {
       wanted_.push_back(is_wanted(options, array.name));
-      arrays_.push_back(make(array));
+      arrays_.push_back(empty_like(array));
     }
     for (const Array& array : description.mesh_arrays) mesh_arrays_.push_back(array);
     mesh_.metadata = description.metadata;
@@ -141,12 +142,6 @@ class MeshCollector {
       Array& array = mesh_.arrays[static_cast<size_t>(before)];
       RisingNumbers(numbered, array.type).store_all(0, array.bytes);
     }
-  }
-  static Array make(const StreamArray& described) {
-    Array array =
-        make_array(described.name, described.domain, described.type, described.components, described.role);
-    array.labels = described.labels;
-    return array;
   }
   void append(Array& array, const std::vector<std::byte>& bytes) {
     array.bytes.insert(array.bytes.end(), bytes.begin(), bytes.end());
