@@ -2,6 +2,7 @@
 import sys
 import tempfile
 import compare
+import more
 from decode import decode
 
 with tempfile.TemporaryDirectory() as folder:

@@ -1,5 +1,6 @@
 """Section 12.3 of docs/format.md, and 13.2 where it codes arrays in the same way: numbers by what is around."""
 from bisect import bisect_left
+from collections import Counter
 from copy import copy
 from functools import reduce
 import numpy as np
@@ -154,7 +155,7 @@ class Numbers:
             self.element(v)
         for code in self.codes:
             w = iter(h.weights)
-            for i, o in enumerate(h.order[1:], 1):
+            for i, o in enumerate(h.order):
                 total = 128 + sum(next(w) * code[p] for p in h.order[:i])
                 code[o] = wrap(code[o] + (wrap(total, 64) >> 8), 64)
 
@@ -314,9 +315,8 @@ def symbol_size(s):
 
 def size_of(b, residual):
     """The size of the symbol that a residual has."""
-    m = abs(residual)
-    i = m.bit_length() - b
-    return 0 if i <= 0 else 2 if i == 1 else 36 if i > 16 else 2 * i + (m >> m.bit_length() - 2) - 2
+    i = abs(residual).bit_length() - b
+    return 0 if i <= 0 else 2 if i == 1 else 36 if i > 16 else 2 * i + (abs(residual) >> b + i - 2) - 2
 
 # --- positions of fans (12.3)
 
@@ -345,15 +345,18 @@ def polygon_place(face, k, v, x):
         return Element(c[k - 3 + d], last, c[k - 2], late=late, place=19 if d == 5 else 20)
     return Element(last, last, x, place=16) if x_known else Element(last)
 
+def on_border(cells, points):
+    """15.1: whether sides of cells do not come in pairs, by point."""
+    neighbours = [0] * points
+    for nodes in cells:
+        for p, before, behind in zip(nodes, nodes[-1:] + nodes, nodes[1:] + nodes[:1]):
+            neighbours[p] ^= before + 1 ^ behind + 1
+    return [x != 0 for x in neighbours]
+
 def valences(faces, points):
-    """12.3: corners of faces at each point, twice that on a border (15.1)."""
-    corners, neighbours = [0] * points, [0] * points
-    for face in faces:
-        for a, b in zip(face, face[1:] + face[:1]):
-            corners[a] += 1
-            neighbours[a] ^= b + 1
-            neighbours[b] ^= a + 1
-    return [(2 * n if x else n) % 256 for n, x in zip(corners, neighbours)]
+    """12.3: corners of faces at each point, twice that on a border."""
+    corners = Counter(p for face in faces for p in face)
+    return [(1 + border) * corners[p] % 256 for p, border in enumerate(on_border(faces, points))]
 
 def positions(fields, fans, points, array, shared=None):
     """POSI 1, or 3 with what charts share."""

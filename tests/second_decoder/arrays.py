@@ -8,16 +8,13 @@ from container import Fields, Unread, clamp
 from description import CELLS, CORNERS, POINTS, TWINS
 from entropy import CodedSequence
 from maps import dot, octahedral
-from surface import around_faces
+from surface import Faces
 
-class Corners:
-    """The corners of the faces, counted over all faces, and the edges across (13.2)."""
+class Corners(Faces):
+    """The edges across of corners (13.2)."""
 
     def __init__(self, faces):
-        self.point = [p for face in faces for p in face]
-        self.face = [f for f, face in enumerate(faces) for _ in face]
-        self.begin = begin = np.cumsum([0] + [len(face) for face in faces]).tolist()
-        self.next, self.previous = around_faces(begin, faces)
+        super().__init__(faces)
         self.across, waiting = [None] * len(self.point), {}
         for c, (a, n) in enumerate(zip(self.point, self.next)):
             there = waiting.setdefault(self.point[n], [])
@@ -27,8 +24,6 @@ class Corners:
             else:
                 there.remove(o)
                 self.across[c], self.across[o] = o, c
-
-    def size(self, c): return self.begin[self.face[c] + 1] - self.begin[self.face[c]]
 
 def element_references(corners, element, count):
     """The references of points or of joined corners, and valences; `element` by corner."""
@@ -91,7 +86,7 @@ class Joined:
 
     def __init__(self, section, patch, twins):
         corners, q = patch.corners, CodedSequence(section)
-        self.parent, joints = list(range(len(corners.point))), self.joints(corners, twins)
+        self.group, joints = [[c] for c in range(len(corners.point))], self.joints(corners, twins)
         left, cut, apart = Counter(p for _, _, _, p, _ in joints), Counter(), Counter()
         many = {p for p in left if left[p] > 254}
         for p, element in enumerate(patch.references[0]):
@@ -109,7 +104,7 @@ class Joined:
         first, number = {}, {}
         for c, twin in enumerate(twins or []):
             self.join(first.setdefault(twin, c), c)
-        self.element = [number.setdefault(self.find(c), len(number)) for c in range(len(corners.point))]
+        self.element = [number.setdefault(id(group), len(number)) for group in self.group]
         self.count = len(number)
 
     @staticmethod
@@ -122,14 +117,11 @@ class Joined:
                     found.append((x, y, c, corners.point[x], corners.point[far]))
         return found
 
-    def find(self, c):
-        while self.parent[c] != c:
-            self.parent[c] = c = self.parent[self.parent[c]]
-        return c
-
     def join(self, a, b):
-        a, b = self.find(a), self.find(b)
-        self.parent[max(a, b)] = min(a, b)
+        a, b = sorted((self.group[a], self.group[b]), key=len)
+        for c in a if a is not b else ():
+            self.group[c] = b
+            b.append(c)
 
 class Placement:
     """13.2: positions give the weights."""
@@ -233,10 +225,10 @@ def decode(stream, array, patch):
     """The tuples of an array in coded order (13.1)."""
     fields = Fields(stream)
     coding = fields.u8()
-    if coding not in (8, 17):
-        raise Unread(f"coding {coding}")
     if coding == 17:
         return around(fields, array, patch)
+    if coding != 8:
+        raise Unread(f"coding {coding}")
     values = normals.Normals(fields, array, patch).values
     if array.domain in (CORNERS, TWINS):  # tuples of half-edges go to their corners
         values[patch.surface.corner_of] = values[: patch.surface.real].copy()

@@ -1,25 +1,25 @@
-"""Sections 16.2 to 16.7 of docs/format.md: cells of kinds 0 to 20 of mode stream, and what is around new elements."""
+"""Sections 16.2 to 16.7 of docs/format.md: hexahedra and tetrahedra of mode stream, and what is around new elements.
+more/kinds.py adds the other kinds of cells."""
+from bisect import insort
 from collections import defaultdict
 from container import M64, Unread
-from entropy import Asker, MixedSequence, Models, hash32
+from entropy import MixedSequence, Models, hash32, tree
 
 class Shape:
     """16.2: what all cells of a kind have in common."""
 
-    def __init__(self, type_, dimension, faces, nodes=""):
+    def __init__(self, type_, dimension, faces, nodes="", order=None):
+        """`nodes`: the corners that nodes behind the corners lie on; `order`: of VTK, where it is another."""
         self.type, self.dimension = type_, dimension
         self.faces = [[int(k) for k in face] for face in faces.split()]
         self.nodes = [sorted(int(k) for k in corners) for corners in nodes.split()]
         self.corners = n = 1 + max((k for face in self.faces for k in face), default=0)
-        pairs = {p for face in (self.faces if dimension > 1 else [[0, 1]] * dimension) for p in edges_of(face)}
-        self.near = [sorted({b for a, b in pairs if a == k} | {a for a, b in pairs if b == k}) for k in range(n)]
-        cycles = self.faces if dimension == 3 else [list(range(n))]
-        self.parallelograms = [[] for _ in range(n)]  # (a, b, d) of each corner
-        for face in cycles:
-            for k, c in enumerate(face if len(face) == 4 else []):
-                self.parallelograms[c].append((face[(k + 1) % 4], face[k - 1], face[k - 2]))
-        # the nodes of VTK
-        self.order = [0, 1, 3, 2, 4, 5, 7, 6][:n] if type_ in (8, 11) else list(range(n + len(self.nodes)))
+        self.order = order or list(range(n + len(self.nodes)))
+        pairs = [pair for face in (self.faces if dimension > 1 else [[0, 1]] * dimension) for pair in edges_of(face)]
+        self.near = [sorted({j for pair in pairs if k in pair for j in pair} - {k}) for k in range(n)]
+        cycles = [cycle for cycle in (self.faces if dimension == 3 else [list(range(n))]) if len(cycle) == 4]
+        at = [[(cycle, cycle.index(k)) for cycle in cycles if k in cycle] for k in range(n)]
+        self.parallelograms = [[(c[i - 3], c[i - 1], c[i - 2]) for c, i in own] for own in at]  # (a, b, d) of each corner
 
     def other_face(self, f, u, v):
         """That across the edge of two corners of a face."""
@@ -36,49 +36,42 @@ def along(cycle, a, b):
     ways = (turned(cycle, i, way) for i, x in enumerate(cycle) if x == a for way in (1, -1))
     return next(found for found in ways if found[1] == b)
 
-HEXAHEDRON, TETRAHEDRON, PYRAMID = "0473 1265 0154 3762 0321 4567", "013 123 203 021", "0321 014 124 234 304"
-WEDGE, QUAD, TRIANGLE = "012 354 0341 1452 2530", "01 12 23 30", "01 12 20"
-EDGES = "01 12 23 30 45 56 67 74 04 15 26 37"
-SHAPES = [Shape(12, 3, HEXAHEDRON), Shape(10, 3, TETRAHEDRON), Shape(13, 3, WEDGE), Shape(14, 3, PYRAMID)]
-SHAPES += [Shape(9, 2, QUAD), Shape(5, 2, TRIANGLE), Shape(3, 1, "0 1"), Shape(1, 0, ""), Shape(11, 3, HEXAHEDRON)]
-SHAPES += [Shape(8, 2, QUAD), Shape(21, 1, "0 1", "01"), Shape(22, 2, TRIANGLE, TRIANGLE), Shape(23, 2, QUAD, QUAD)]
-SHAPES += [Shape(24, 3, TETRAHEDRON, "01 12 20 03 13 23"), Shape(25, 3, HEXAHEDRON, EDGES)]
-SHAPES += [Shape(26, 3, WEDGE, "01 12 20 34 45 53 03 14 25"), Shape(27, 3, PYRAMID, "01 12 23 30 04 14 24 34")]
-SHAPES += [Shape(29, 3, HEXAHEDRON, f"{EDGES} {HEXAHEDRON} 01234567")]
-UNUSED_POINT, LOOSE_CELL, END_OF_POINT = 18, 19, 20
+HEXAHEDRON, TETRAHEDRON = "0473 1265 0154 3762 0321 4567", "013 123 203 021"
+SHAPES = {0: Shape(12, 3, HEXAHEDRON), 1: Shape(10, 3, TETRAHEDRON)}  # by kind
+UNUSED_POINT, END_OF_POINT = 18, 20
 
 class Slots:
     """16.3: slots in groups of 16."""
 
     def __init__(self):
-        self.taken, self.current, self.freed, self.count, self.sweep = set(), None, [], 0, 0
-
-    def free_in(self, group):
-        return [s for s in range(16 * group, 16 * group + 16) if s not in self.taken]
+        self.free_in, self.current, self.freed, self.taken, self.sweep = [[]], 0, [], 0, 0  # the first group is full
 
     def take(self):
-        if self.current is None or not self.free_in(self.current):
+        if not self.free_in[self.current]:
             self.current = self.next_group()
-        slot = self.free_in(self.current)[0]
-        self.taken.add(slot)
-        return slot
+        self.taken += 1
+        return 16 * self.current + self.free_in[self.current].pop(0)
 
     def next_group(self):
         if self.freed:
             return self.freed.pop()
-        if self.count * 16 > 2 * len(self.taken) + 4096:
-            while not self.free_in(self.sweep % self.count):
-                self.sweep += 1
-            return self.sweep % self.count
-        self.count += 1
-        return self.count - 1
+        if 16 * (len(self.free_in) - 1) <= 2 * self.taken + 4096:
+            self.free_in.append(list(range(16)))
+            return len(self.free_in) - 1
+        while not self.free_in[self.sweep]:
+            self.sweep = (self.sweep + 1) % len(self.free_in)
+        return self.sweep
 
     def free(self, slot):
-        self.taken.discard(slot)
-        if slot // 16 != self.current and len(self.free_in(slot // 16)) == 16:
-            self.freed.append(slot // 16)
+        group, i = divmod(slot, 16)
+        insort(self.free_in[group], i)
+        self.taken -= 1
+        if group != self.current and len(self.free_in[group]) == 16:
+            self.freed.append(group)
 
 class Point:
+    """16.3: a point in memory."""
+
     def __init__(self, slot, number):
         self.slot, self.number, self.cells, self.open, self.alive = slot, number, [], 0, True
         self.gates, self.border = 0, False  # 16.13
@@ -87,8 +80,8 @@ class Point:
     def valence(self): return min(len(self.cells), 255)
 
 class StreamCell:
-    """Corners are None once their points have ended; `open` has a bit for each face, `glued` the cells across
-    when it came, `across` (cell, face) as it is; `nodes` stand behind the corners."""
+    """16.3: a cell in memory. Corners are None once their points have ended; `open` has a bit for each face, `glued`
+    the cells across when it came, `across` (cell, face) as it is; `nodes` stand behind the corners."""
 
     def __init__(self, kind, corners, slot, ordinal):
         self.kind, self.shape, self.corners, self.slot, self.ordinal = kind, SHAPES[kind], corners, slot, ordinal
@@ -104,22 +97,20 @@ class StreamCell:
 
 def open_face(points, size):
     """The first open face of so many corners that has these points."""
-    for cell in points[0].cells[:64] if points else []:
-        for f in cell.open_faces():
-            if len(cell.shape.faces[f]) == size and set(points) <= set(cell.points(f)):
-                return cell, f
-    return None
+    faces = ((cell, f) for cell in points[0].cells[:64] for f in cell.open_faces()) if points else ()
+    fitting = (g for g in faces if len(g[0].shape.faces[g[1]]) == size and set(points) <= set(g[0].points(g[1])))
+    return next(fitting, None)
 
-class Connectivity:
+class Cells:
     """16.3 to 16.6: what goes on from batch to batch."""
 
-    def __init__(self, mixed, numbered):
-        self.ask, self.numbered, self.points_made, self.blocks, self.kept = Asker(mixed), numbered, 0, [], []
+    def __init__(self, ask, numbered):
+        self.ask, self.numbered, self.points_made, self.blocks, self.kept = ask, numbered, 0, [], []
         self.points = {}  # in memory, by number
         self.point_slots, self.cell_slots, self.ended = Slots(), Slots(), []
         self.last, self.last_kind, self.S, self.last_anchor, self.recent = None, 0, {}, None, []
-        self.G = self.choice = self.last_face = self.last_loose = self.outcomes = self.hits = 0
-        self.turns, self.patterns, self.pattern_ids, self.signatures = defaultdict(int), [None], {}, {}
+        self.G = self.choice = self.last_face = self.outcomes = self.hits = 0
+        self.turns, self.patterns, self.pattern_ids, self.signatures = defaultdict(int), [None], {None: 0}, [0]
         self.tracks, self.last_hit_e, self.models = [M64], False, Models()
 
     def batch(self, cells, numbers, records, begins):
@@ -141,15 +132,10 @@ class Connectivity:
                 self.ended = []
         return self.made
 
-    def ask_tree(self, n, question):
-        node = 1
-        for _ in range(n):
-            node = 2 * node + question(node)
-        return node - (1 << n)
-
     # --- points
 
     def new_point(self, context, place=([], [], 31, None), e=None, more=()):
+        """`place`: what 16.7 needs; `e` and `more`: guesses of its number."""
         number = self.read_number(context, e, more) if self.numbered else self.points_made
         self.points_made += 1
         p = self.points[number] = Point(self.point_slots.take(), number)
@@ -158,11 +144,10 @@ class Connectivity:
 
     def end_point(self, p):
         for cell in p.cells:
-            for f in cell.open_faces():
-                if p in cell.points(f):
-                    cell.close(f)
-                    for q in filter(None, cell.points(f)):
-                        q.open = q.open - 1 & 0xFFFF
+            for f in (f for f in cell.open_faces() if p in cell.points(f)):
+                cell.close(f)
+                for q in filter(None, cell.points(f)):
+                    q.open = q.open - 1 & 0xFFFF
             cell.corners = [None if q is p else q for q in cell.corners]
             if not any(cell.corners) and cell.alive:
                 cell.alive = False
@@ -171,10 +156,15 @@ class Connectivity:
         del self.points[p.number]
         self.ended.append(p.slot)
 
+    def end_points(self, points):
+        for p in points:
+            if p is not None and p.alive:
+                self.end_point(p)
+
     def old_point(self, base): return self.points[base + self.sequence.difference("Old")]
 
     def read_number(self, context, e, more):
-        """16.4: numbers of new points, of which e and more are guesses."""
+        """16.4: numbers of new points."""
         first, expected = self.tracks[0] + 1 & M64, [] if e is None else [e]
         guesses = (expected if self.last_hit_e else []) + [first] + expected + list(more)
         guesses += [t + 1 for t in self.tracks[1:]] + [t - 1 for t in self.tracks[:2]]
@@ -201,30 +191,18 @@ class Connectivity:
         ask, last = self.ask, self.last_kind
         ask.signature = 0
         if not ask(0, last, 0, 0):
-            self.last_kind = self.ask_tree(5, lambda node: ask(1, 32 * last + node, 0, 0))
-        kind = self.last_kind
+            self.last_kind = tree(5, lambda node: ask(1, 32 * last + node, 0, 0))
+        self.of_kind(self.last_kind)
+
+    def of_kind(self, kind):
         if kind in (UNUSED_POINT, END_OF_POINT):
             p = self.new_point(32) if kind == UNUSED_POINT else self.old_point(self.G)
             self.G = p.number if kind == END_OF_POINT else self.G
             self.end_point(p)
-        elif kind == LOOSE_CELL:
-            self.loose_cell()
-        elif kind < len(SHAPES):
+        elif kind in SHAPES:
             self.slow_cell(kind)
         else:
-            raise Unread("cells given by faces")
-
-    def loose_cell(self):
-        type_, points = self.sequence.raw(8), []
-        for _ in range(self.sequence.difference("Count")):
-            new = self.ask(10, 131072, 0, 0)
-            points.append(self.new_point(63) if new else self.old_point(self.last_loose))
-            self.last_loose = points[-1].number
-        self.made.append((type_, [p.number for p in points]))
-        self.came.append((None, [], [], 31, None))
-        for p in points:
-            if self.ask(14, 2097152, 0, 0) and p.alive:
-                self.end_point(p)
+            raise Unread("cells given by faces" if kind == 21 else f"cells of kind {kind}")
 
     # --- patterns (16.5): kind, what corners are, what faces are glued to (a source and its place or a word), ends
 
@@ -234,10 +212,10 @@ class Connectivity:
     def apply(self, pattern):
         """Corners (None: new) and what faces are glued to, or nothing."""
         kind, corners, faces, _ = pattern
-        parts = {(i, k): p for i, s in self.sources().items() for k, p in enumerate(s.corners)}
-        known = [parts.get(what) for what in corners]
-        parts = {(i, f): (s, f) for i, s in self.sources().items() for f in s.open_faces()}
-        glued = [parts.get(what) for what in faces]
+        sources = self.sources().items()
+        places = {(i, k): p for i, s in sources for k, p in enumerate(s.corners)}
+        opened = {(i, f): (s, f) for i, s in sources for f in s.open_faces()}
+        known, glued = [places.get(what) for what in corners], [opened.get(what) for what in faces]
         if any(isinstance(what, tuple) and part is None for what, part in zip(corners + faces, known + glued)):
             return None
         for f, cycle in enumerate(SHAPES[kind].faces):
@@ -252,6 +230,7 @@ class Connectivity:
         return None if any(p is None and what != "new" for p, what in zip(known, corners)) else (known, glued)
 
     def pattern_by_flags(self):
+        """Its number, corners and what faces are glued to, if a pattern is taken."""
         if self.last is None:
             return None
         S = sorted((s for s in self.S.values() if s.alive), key=lambda s: s.ordinal)
@@ -268,19 +247,16 @@ class Connectivity:
         return None
 
     def cell_by_pattern(self, id_, known, glued):
-        kind, corners, faces, ends = self.patterns[id_]
+        kind, _, faces, ends = self.patterns[id_]
         own, signature, sources = id_, self.signatures[id_], self.sources().values()
         self.last_kind = kind
         if any(what == "found" and glued[f][0] in sources for f, what in enumerate(faces)):
             own = self.pattern_id(self.make_pattern(kind, known, glued, ends), signature) or id_
         cell = self.come(kind, known, glued)
         cell.pattern, cell.signature = own, signature
-        ending = [cell.corners[k] for k in range(len(corners)) if ends >> k & 1]
-        for p in ending + self.ends_of(cell, [], 0, ends)[1]:
-            if p is not None and p.alive:
-                self.end_point(p)
+        self.end_points(self.points_that_end(cell, ends, [], 0))
 
-    def make_pattern(self, kind, known, glued, ends):
+    def make_pattern(self, kind, known, glued, ends=0):
         """Of corners (None: new) and glued faces, before the cell has come."""
         sources = sorted(self.sources().items())
         places = [next(((i, s.corners.index(p)) for i, s in sources if p in s.corners), "found") for p in known]
@@ -291,13 +267,11 @@ class Connectivity:
         return pattern if applied and applied[0] == known else None
 
     def pattern_id(self, pattern, signature):
-        if not pattern or pattern not in self.pattern_ids and len(self.patterns) > 65535:
-            return 0
-        if pattern not in self.pattern_ids:
+        if pattern not in self.pattern_ids and len(self.patterns) < 65536:
             self.pattern_ids[pattern] = len(self.patterns)
-            self.signatures[len(self.patterns)] = signature
             self.patterns.append(pattern)
-        return self.pattern_ids[pattern]
+            self.signatures.append(signature)
+        return self.pattern_ids.get(pattern, 0)
 
     # --- a cell comes
 
@@ -308,17 +282,17 @@ class Connectivity:
         near = cell.shape.near[cell.corners.index(known[n])] if cell and known[n] in cell.corners else []
         return next((cell.corners[i] for i in near if i not in cell.shape.faces[f]), None)
 
-    def place_of(self, k, kind, known, glued, several):
-        """16.7: sums, near points and situation of a new corner."""
-        shape, around = SHAPES[kind], list(dict.fromkeys(p.number for p in known if p))
-        slots, near = [p and p.slot for p in known], [n for n in shape.near[k] if known[n]]
-        whole = [abd for abd in shape.parallelograms[k] if all(known[i] for i in abd)]
+    def place_of(self, k, shape, known, glued, several):
+        """16.7: sums, near points and situation of a new corner, and the points around."""
+        around, near = list(dict.fromkeys(p.number for p in known if p)), [n for n in shape.near[k] if known[n]]
+        slots, all_ = [p and p.slot for p in known], shape.parallelograms[k]
+        whole = [abd for abd in all_ if all(known[i] for i in abd)]
         if shape.corners == 8 and all(known[i] for i in range(8) if i != k):
-            D = [abd[2] for abd in shape.parallelograms[k]]
-            G = next(i for i in range(8) if i not in [k, *near, *D])
-            return [slots[i] for i in near + D + [G]], [slots[i] for i in near], k, around
+            seven = near + [d for _, _, d in all_]
+            seven += [i for i in range(8) if i not in [k, *seven]]
+            return [slots[i] for i in seven], [slots[i] for i in near], k, around
         sums = [[(slots[i], s / len(whole[:2])) for abd in whole[:2] for i, s in zip(abd, (1, 1, -1))]]
-        straight = near[:3] if several or not shape.parallelograms[k] else []
+        straight = near[:3] if several or not all_ else []
         pairs = [(slots[n], b.slot) for n, b in ((n, self.behind(k, n, shape, known, glued)) for n in straight) if b]
         sums.append([x for n, b in pairs for x in ((n, 2 * (1 / len(pairs))), (b, -(1 / len(pairs))))])
         sums.append([(slots[n], 1 / len(near)) for n in near])
@@ -334,13 +308,12 @@ class Connectivity:
             if L and L.alive and L.kind == kind and L.corners[k]:
                 ends = [(known[n].number, L.corners[n].number) for n in shape.near[k] if known[n] and L.corners[n]]
                 more = [own + L.corners[k].number - before for own, before in ends[:3]]
-            place, context = self.place_of(k, kind, known, glued, len(new) > 1), k + 8 * (len(new) > 1)
+            place, context = self.place_of(k, shape, known, glued, len(new) > 1), k + 8 * (len(new) > 1)
             p = self.new_point(context, place, a + b - d & M64 if whole else None, more)
             for r in [k] + [r for r, of in repeats.items() if of == k]:
                 known[r] = p
         cell = StreamCell(kind, known, self.cell_slots.take(), L.ordinal + 1 if L else 0)
-        for i, lies_on in enumerate(shape.nodes, shape.corners):
-            cell.nodes.append(self.node(kind, i, lies_on, known, new))
+        self.nodes_behind(cell, new)
         for f, g in enumerate(glued):
             if g:
                 cell.close(f)
@@ -355,39 +328,25 @@ class Connectivity:
         self.came.append((cell.slot, *self.cell_place(cell), list(dict.fromkeys(p.number for p in known))))
         self.last, self.recent = cell, [cell] + self.recent[:15]
         self.kept.append((shape, [p.number for p in known + cell.nodes]))
-        type_ = 7 if self.blocks[-1][1] == 7 and kind in (4, 5) else shape.type
-        self.made.append((type_, [self.kept[-1][1][k] for k in shape.order]))
+        self.made.append((self.type_of(kind), [self.kept[-1][1][k] for k in shape.order]))
         return cell
 
-    def node(self, kind, i, lies_on, known, new):
-        """16.6: a node behind corners."""
-        ends, candidate, some_new = {known[k] for k in lies_on}, None, any(k in new for k in lies_on)
-        for cell in known[lies_on[0]].cells[:64] if not some_new else []:
-            beside = [q for q, on in zip(cell.nodes, cell.shape.nodes) if {cell.corners[k] for k in on} == ends]
-            candidate = candidate or next((q for q in beside[::-1] if q.alive), None)
-        local = bool(candidate) | len(lies_on) << 1 | kind << 5
-        if candidate and self.ask(15, local, i, 0):
-            return candidate
-        if self.ask(10, local + 65536, i, some_new):
-            near, situation = [known[k].slot for k in lies_on], 24 + (len(lies_on) > 2) + (len(lies_on) > 4)
-            place = [[(slot, 1 / len(near)) for slot in near]], near[:3], situation, [known[k].number for k in lies_on]
-            return self.new_point(33 + i, place)
-        return self.old_point(known[0].number)
+    def type_of(self, kind): return SHAPES[kind].type
+    def nodes_behind(self, cell, new): pass
 
-    def ends_of(self, cell, new, before, corners_end=None):
-        """16.6: points that end of a cell that has come; `corners_end` where patterns tell those of corners."""
-        nodes, n, ending, ends = cell.corners + cell.nodes, len(cell.corners), [], corners_end or 0
-        for i, p in enumerate(nodes):
-            if p is None or p in nodes[:i] or corners_end is not None and i < n:
-                continue
-            if i < n:
-                local = min(p.valence, 63) | min(p.open, 31) << 6 | cell.kind << 11
-            else:
-                local = i | all(nodes[k] in ending for k in cell.shape.nodes[i - n]) << 5 | cell.kind << 11 | 1 << 20
-            if self.ask(14, local, i | (i in new) << 5 | (before % 65536) << 6, 32 * local + i):
-                ends |= 1 << i
-                ending.append(p)
-        return ends, ending
+    def ends_of(self, cell, new, before):
+        """16.6: bits of the corners that end, of a cell that has come."""
+        ends = 0
+        for i, p in enumerate(cell.corners):
+            local = min(p.valence, 63) | min(p.open, 31) << 6 | cell.kind << 11
+            ends |= (p not in cell.corners[:i] and self.ask_end(i, local, new, before)) << i
+        return ends
+
+    def ask_end(self, i, local, new, before):
+        return self.ask(14, local, i | (i in new) << 5 | (before % 65536) << 6, 32 * local + i)
+
+    def points_that_end(self, cell, ends, new, before):
+        return [p for k, p in enumerate(cell.corners) if ends >> k & 1]
 
     def cell_place(self, cell):
         """16.7: the neighbours of a cell, where values are."""
@@ -456,46 +415,39 @@ class Connectivity:
         row = face | kind << 3 | cell.kind << 8
         if not self.ask(7, row, cell.signature, self.choice):
             bit = lambda node: self.ask(8, row << 6 | node, cell.signature, 64 * self.choice + node)
-            self.turns[row] = self.ask_tree(6, bit)
+            self.turns[row] = tree(6, bit)
         return self.turns[row]
 
     def slow_cell(self, kind):
-        anchor, there, turn = self.anchor(kind) if SHAPES[kind].dimension else None, None, 0
+        anchor, there, turn = self.anchor(kind), None, 0
         if anchor:
             there = anchor, self.anchor_face(anchor)
             turn, self.last_anchor = self.turn(*there, kind), anchor
-        self.new_cell(kind, there, turn, self.last)
+        cell, new, repeats, pattern, before = self.new_cell(kind, there, turn, self.last)
+        ends = self.ends_of(cell, new, before)
+        ending, numbers = self.points_that_end(cell, ends, new, before), [p.number for p in cell.corners]
+        cell.signature = self.ask.signature
+        pattern = (*pattern[:3], ends) if pattern and repeats is None else None
+        cell.pattern = self.pattern_id(pattern, cell.signature)
+        if self.G not in numbers:
+            self.G = self.G + 1 if self.G + 1 in numbers else min(numbers)
+        self.end_points(ending)
 
-    def new_cell(self, kind, there, turn, L, gated=False):
-        """A cell at a face of another one; `gated`: 16.13, where L is that cell, and no patterns are made."""
+    def new_cell(self, kind, there, turn, L):
+        """A cell at a face of another one: itself, its new corners, those that repeat others, its pattern, and the
+        signature before it. `L`: whose corners are expected."""
         shape, anchor, own = SHAPES[kind], there and there[0], 7
         known, new, glued = [None] * shape.corners, [False] * shape.corners, [None] * len(shape.faces)
         if anchor:
             own = self.lay_on(shape, known, glued, there, turn)
-            if shape.dimension == 3:
-                self.edges(kind, known, glued, own, anchor)
-            elif shape.dimension == 2:
-                self.on_solid(shape, known, own, anchor)
+            self.edges(kind, known, glued, own, anchor)
         near = anchor if shape.dimension else self.last_anchor
         repeats = self.other_corners(kind, known, new, glued, near.signature if near else 0, L)
         self.rest(shape, known, glued)
-        pattern = self.make_pattern(kind, known, glued, 0) if repeats is None and not gated else None
-        before = self.last.signature if self.last else 0
+        pattern, before = self.make_pattern(kind, known, glued), self.last.signature if self.last else 0
         cell = self.come(kind, known, glued, repeats or {})
         cell.entered = own
-        if gated:
-            self.borders(cell, new, anchor)
-        if gated and not cell.nodes and repeats is None:
-            ends, ending = 0, self.expected_ends(cell)
-        else:
-            ends, ending = self.ends_of(cell, [k for k in range(shape.corners) if new[k]], before)
-        cell.signature, numbers = self.ask.signature, [p.number for p in cell.corners]
-        if pattern:
-            cell.pattern = self.pattern_id(pattern[:3] + (ends % (1 << shape.corners),), cell.signature)
-        if self.G not in numbers and not gated:
-            self.G = self.G + 1 if self.G + 1 in numbers else min(numbers)
-        for p in ending:
-            self.end_point(p)
+        return cell, [k for k in range(shape.corners) if new[k]], repeats, pattern, before
 
     def rest(self, shape, known, glued):
         for f, cycle in enumerate(shape.faces):
@@ -511,19 +463,8 @@ class Connectivity:
         glued[own] = there
         return own
 
-    def on_solid(self, shape, known, own, anchor):
-        """Polygons on an open face of a solid."""
-        a, b = (known[k] for k in shape.faces[own])
-        n, first, apart = shape.corners, shape.faces[own][0], set(anchor.corners)
-        faces = [(cell, cell.points(f)) for cell in a.cells if cell.shape.dimension == 3 for f in cell.open_faces()]
-        found = [face for face in faces if len(face[1]) == n and {a, b} <= set(face[1]) and not set(face[1]) <= apart]
-        for i, (cell, points) in enumerate(found[:9]):
-            if self.ask(13, min(i, 3), cell.signature, 0):
-                for k, p in zip(turned(range(n), first, 1), along(points, a, b)):
-                    known[k] = p
-                return
-
     def edges(self, kind, known, glued, own, anchor):
+        """Glues faces across the edges of the own one."""
         faces, g = SHAPES[kind].faces, 0
         for i, (u, v) in enumerate(edges_of(faces[own])):
             h, ends = SHAPES[kind].other_face(own, u, v), (known[u], known[v])
@@ -559,9 +500,7 @@ class Connectivity:
         """Sets known and new, and gives which corners repeat new ones, None if none repeats another."""
         ask, shape, repeats, repeated, self.old_corners = self.ask, SHAPES[kind], {}, False, 0
         faces = sum(g is not None for g in glued)
-        for k in range(shape.corners):
-            if known[k] is not None:
-                continue
+        for k in (k for k in range(shape.corners) if known[k] is None):
             if (any(known) or any(new)) and ask(11, kind, 0, 0):
                 of, repeated = self.sequence.raw(3), True
                 of = repeats.get(of, of)
@@ -573,20 +512,22 @@ class Connectivity:
             for p in near:
                 v = (v << 4 | min(p.valence, 15)) & 0xFFFFFFFF
             new[k] = bool(ask(10, k | len(near) << 3 | faces << 5 | any(new) << 8 | kind << 9, signature, 8 * v + k))
-            if new[k]:
-                continue
-            self.old_corners += 1
-            times = {}
-            for q in (q for p in near for cell in p.cells[:48] for q in self.joined_in(cell, p, shape)):
-                if q and q not in known and (q in times or len(times) < 24):
-                    times[q] = times.get(q, 0) + 1
-            for i, (q, n) in enumerate(sorted(times.items(), key=lambda x: -min(x[1], 255))[:12]):
-                if ask(12, i | min(n, 7) << 4 | kind << 7, signature, 16 * min(q.valence, 31) + i):
-                    known[k] = q
-                    break
-            same = L and L.alive and k < len(L.corners) and L.corners[k]
-            known[k] = known[k] or self.old_point(same.number if same else self.G)
+            if not new[k]:
+                self.old_corners += 1
+                same = L and L.alive and k < len(L.corners) and L.corners[k]
+                known[k] = self.near_point(kind, known, near, signature) or self.old_point(same.number if same else self.G)
         return repeats if repeated else None
+
+    def near_point(self, kind, known, near, signature):
+        """A point that an edge joins to known neighbours, if one is taken."""
+        times = {}
+        for q in (q for p in near for cell in p.cells[:48] for q in self.joined_in(cell, p, SHAPES[kind])):
+            if q and q not in known and (q in times or len(times) < 24):
+                times[q] = times.get(q, 0) + 1
+        for i, (q, n) in enumerate(sorted(times.items(), key=lambda x: -min(x[1], 255))[:12]):
+            if self.ask(12, i | min(n, 7) << 4 | kind << 7, signature, 16 * min(q.valence, 31) + i):
+                return q
+        return None
 
     def joined_in(self, cell, p, shape):
         """Points that an edge of a cell joins to a point."""

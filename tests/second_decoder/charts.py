@@ -3,7 +3,7 @@ from types import SimpleNamespace
 import arrays
 import single
 from around import POLYGONS, Header
-from container import Fields, hash64
+from container import Fields, beyond, hash64
 from description import CELLS, CORNERS, MESH, NODES, POINTS, TRIANGLE, Description
 from entropy import CodedSequence
 from fans import fan_tables
@@ -80,6 +80,6 @@ def decode(container):
     whole = {i + 1: arrays.decode(container.stream("ARRY", 0, i), a, None) for i, a in of_mesh}
     mesh = single.join(d, finest, shared, whole)
     if d.ordered:
-        single.reorder(mesh, container.stream("ORDR"))
+        beyond("an order that is kept")(mesh, container.stream("ORDR"))
     mesh.coarser = coarser
     return mesh

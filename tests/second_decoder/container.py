@@ -5,6 +5,14 @@ import numpy as np
 class Unread(Exception):
     """What this decoder leaves out of the text."""
 
+MORE = {}  # by name, what more/ adds
+
+def beyond(name):
+    """What goes beyond the core, if it has been added."""
+    if name not in MORE:
+        raise Unread(name)
+    return MORE[name]
+
 M64 = 2**64 - 1
 # XXH3's published secret: 192 bytes that any implementation has.
 SECRET = bytes.fromhex(

@@ -1,4 +1,5 @@
-"""Decodes a .maille file, as docs/format.md tells."""
+"""Decodes a .maille file, as docs/format.md tells: modes single at efforts 1 to 6, random, and stream with hexahedra and
+tetrahedra. This folder reads these without more/, which adds what its __init__.py lists when it is imported."""
 import numpy as np
 import charts
 import entropy

@@ -1,7 +1,6 @@
 """Sections 10.2 to 10.5, 16.4 and 16.6 of docs/format.md: sequences, models, static tables."""
-import math
 from bisect import bisect_right
-from collections import defaultdict
+from collections import Counter, defaultdict
 from itertools import accumulate
 from container import M64, clamp, wrap
 
@@ -31,20 +30,23 @@ class Run:
         self.p += change // 65536 if change >= 0 else -(-change // 65536)
         self.v = min(self.v + 1, 1000)
 
-class Score:
-    """16.7: of the low bits of residuals, and what they were last by head."""
-
-    def __init__(self):
-        self.score, self.last = 0, defaultdict(int)
-
 class Models(dict):
     """Models by kind and name, with what stands in the brackets of the text; one that is asked for first is fresh."""
 
     def __missing__(self, key): return self.setdefault(key, key[0]())
 
+def tree(n, question):
+    """n bits, highest first, each by the node that those before it lead to."""
+    node = 1
+    for _ in range(n):
+        node = 2 * node + question(node)
+    return node - (1 << n)
+
 class Sequence:
-    def __init__(self, data):
-        self.data, self.at = data, 0
+    """Operations of 10.2, over slot(width, lane) and take(width, lane, start, frequency, slot)."""
+
+    def __init__(self, data, models=None):
+        self.data, self.at, self.models = data, 0, Models() if models is None else models
         OPENED.append(self)
 
     def word(self, size, order="little"):
@@ -52,13 +54,6 @@ class Sequence:
         return int.from_bytes(self.data[self.at - size : self.at].ljust(size, b"\0"), order)
 
     def ended(self): return self.at == len(self.data)
-
-class Operations(Sequence):
-    """10.2, over slot(width, lane) and take(width, lane, start, frequency, slot)."""
-
-    def __init__(self, data, models=None):
-        super().__init__(data)
-        self.models = Models() if models is None else models
 
     def forget(self):
         self.models = Models()  # fresh ones from here on
@@ -104,12 +99,7 @@ class Operations(Sequence):
         negative, m = self.bit(*name), self.count(*name, "count") % 2**30 + 8
         return -m if negative else m
 
-    def tree(self, n, *name):
-        """n bits, highest first, each by the node that those before it lead to."""
-        node = 1
-        for _ in range(n):
-            node = 2 * node + self.bit(*name, node)
-        return node - (1 << n)
+    def tree(self, n, *name): return tree(n, lambda node: self.bit(*name, node))
 
     def run(self, *name):
         """16.4: flags that are nearly always the same."""
@@ -141,9 +131,9 @@ class Operations(Sequence):
             return 0
         n = min(length - 1, 3)
         left = after = length - 1 - n
-        head, w, score = self.symbol("Head", m, length, lane=lane), min(left, 8), self.models[Score, (m, length)]
-        v = (1 << n) + head % (1 << n)
-        if scored and left >= 4 and score.score > 0:
+        head, w = self.symbol("Head", m, length, lane=lane), min(left, 8)
+        v, score = (1 << n) + head % (1 << n), self.models[Counter, (m, length)]  # and what low bits were last by head
+        if scored and left >= 4 and score["score"] > 0:
             v = v << 4 | self.symbol("Low", m, length, head, lane=lane)
             if w > 4:
                 v = v << w - 4 | self.symbol("Lower", m, length, head, v % 16, lane=lane) % (1 << w - 4)
@@ -154,11 +144,11 @@ class Operations(Sequence):
         v = v << left | self.raw(left, lane)
         if scored and after >= 4:
             t = v >> after - w & (1 << w) - 1
-            score.score = clamp(score.score + (1 << w - 4 if score.last[head] == t else -1), -255, 255)
-            score.last[head] = t
+            score["score"] = clamp(score["score"] + (1 << w - 4 if score[head] == t else -1), -255, 255)
+            score[head] = t
         return wrap(-v if head >> n & 1 else v, B)
 
-class CodedSequence(Operations):
+class CodedSequence(Sequence):
     """10.2."""
 
     def __init__(self, data, lanes=1, models=None):
@@ -235,9 +225,9 @@ class StaticSymbols(Sequence):
         s = self.symbol(0, starts)
         return s if s < 12 else (1 << s - 9) + self.raw(min(s - 9, 16)) + (self.raw(s - 25) << 16 if s > 25 else 0)
 
-# --- 10.5: mixed sequences
+class MixedSequence(Sequence):
+    """10.5."""
 
-class MixedSequence(Operations):
     def __init__(self, data, models=None):
         super().__init__(data, models)
         self.range, self.value = M64, self.word(8, "big")
@@ -262,11 +252,6 @@ class MixedSequence(Operations):
 
     def ended(self): return len(self.data) <= self.at <= len(self.data) + 4
 
-LOGISTIC = [math.floor(65536 / (1 + math.exp(-x / 256)) + 0.5) for x in range(-2048, 2048)]
-LOGIT = [max(-2047, min(2047, round(256 * math.log((i + 0.5) / (4095.5 - i))))) for i in range(4096)]
-
-def logistic(x): return LOGISTIC[x + 2048]
-
 def hash32(h, v):
     g = (h ^ v & 0xFFFFFFFF) * 2654435761 & 0xFFFFFFFF
     return g ^ g >> 15
@@ -275,60 +260,20 @@ class Cell(Bit):
     """A wide cell."""
     low, high, most = 0, 65535, 250
 
-    def logit(self): return LOGIT[self.p >> 4] * (512 * self.v // (2 * self.v + 3)) >> 8
-
-class Mixer:
-    def __init__(self, weights):
-        self.rows = [defaultdict(lambda: list(weights)) for _ in range(2)]
-        self.maps = defaultdict(lambda: [logistic(max(-2047, min(128 * k - 2048, 2047))) for k in range(34)])
-        self.rate, self.decisions = 1966, 0
-
-    def bit(self, sequence, inputs, row0, row1, map_):
-        rows, table = (self.rows[0][row0], self.rows[1][row1]), self.maps[map_]
-        dots = [max(-2047, min(sum(w * x for w, x in zip(row, inputs)) >> 14, 2047)) for row in rows]
-        m = sum(dots) >> 1
-        k, w = divmod(m + 2048, 128)
-        a = table[k] * (128 - w) + table[k + 1] * w >> 7
-        bit = sequence.decision(max(24, min(logistic(m) + a + 1 >> 1, 65512)))
-        for row, z in zip(rows, dots):
-            step = (65536 * bit - logistic(z)) * self.rate >> 13
-            row[:] = [max(-32768, min(v + ((16 * x * step >> 16) + 1 >> 1), 32767)) for v, x in zip(row, inputs)]
-        table[k + (w >> 6)] += 65535 * bit - table[k + (w >> 6)] >> 7
-        self.decisions += 1
-        if self.decisions % 256 == 0:
-            self.rate = 131 + 1835 * 300000 // (300000 + self.decisions)
-        return bit
-
 class Asker:
-    """16.6: ask, with the cells and the mixer that a set of questions has."""
+    """16.6: ask, with the cells that a set of questions has; more/mixing.py has those that are mixed."""
 
-    def __init__(self, mixed):
-        self.mixed, self.t, self.few, self.signature, self.sequence = mixed, 14, 0, 0, None
-        self.cells, self.mixer = defaultdict(Cell), Mixer([5000] * 4)
-
-    def cell(self, x): return self.cells[(x * 2654435761 & 0xFFFFFFFF) >> 32 - self.t]
+    def __init__(self):
+        self.t, self.signature, self.sequence, self.cells = 14, 0, None, defaultdict(Cell)
 
     def __call__(self, Q, local, nearby, valence):
-        base, before = hash32(Q + 1, local), self.signature
-        cell = self.cell(base) if self.mixed else self.cells[base >> 18]
-        plain, cells = not self.mixed or cell.v >= 100 and cell.p < 128, [cell]
-        if plain:
-            bit = self.sequence.decision(clamp(cell.p, 32, 65504))
-        else:
-            near = hash32(base, nearby + 131072)
-            hashes = (base, valence + 196608), (base, before + 262144), (near, before + 458752)
-            cells += [self.cell(hash32(*h)) for h in hashes]
-            met = max(sum(c.v > 2 for c in cells) - 1, 0)
-            bit = self.mixer.bit(self.sequence, [c.logit() for c in cells], 8 * Q + met, 16 * Q + local % 16, Q)
-        for c in cells:
-            self.few += not plain and c.v < 2
-            c.learn(bit)
-        if not plain and self.few > 1 << self.t - 1 and self.t < 18:
-            self.grow()
-        self.signature = hash32(before, bit)
+        bit = self.decide(hash32(Q + 1, local), Q, local, nearby, valence)
+        self.signature = hash32(self.signature, bit)
         return bit
 
-    def grow(self):
-        self.few, self.t, old, self.cells = 0, self.t + 1, self.cells, defaultdict(Cell)
-        for j, c in ((j, c) for i, c in old.items() for j in (2 * i, 2 * i + 1)):
-            self.cells[j].p, self.cells[j].v = c.p, min(c.v, 1)
+    def decide(self, base, *_): return self.plainly(self.cells[base >> 18])
+
+    def plainly(self, cell):
+        bit = self.sequence.decision(clamp(cell.p, 32, 65504))
+        cell.learn(bit)
+        return bit

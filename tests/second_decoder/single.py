@@ -4,7 +4,7 @@ from types import SimpleNamespace
 import numpy as np
 import around
 import arrays
-from container import Fields, Unread, unzigzag
+from container import Fields, Unread, beyond
 from description import CELLS, CORNERS, MESH, POINTS, TWINS, Description, Mesh
 from entropy import CodedSequence
 from fans import Fans
@@ -79,41 +79,8 @@ def split_twins(mesh, patch):
     point = iter(points)
     mesh.blocks = patch.in_blocks([(type_, [next(point) for _ in nodes]) for type_, nodes in patch.cells])
 
-def permutation(sequence, n):
-    """15.2: the number of each of n elements."""
-    number, c, numbers = -1, 0, []
-    sequence.forget()
-    for _ in range(n):
-        u = sequence.count("number", c)
-        number, c = number + 1 + unzigzag(u) & 0xFFFFFFFF, min(u.bit_length(), 15)
-        numbers.append(number)
-    return numbers
-
-def reorder(mesh, stream):
-    """15.2."""
-    sequence, cells = CodedSequence(stream), mesh.cells()
-    point_numbers, cell_numbers = permutation(sequence, len(mesh.values[0])), permutation(sequence, len(cells))
-    rotations = [0]
-    for _ in cells:
-        rotations.append(sequence.count("rotation", min(rotations[-1], 3)))
-    old_point, old_cell = (np.argsort(numbers).astype(int) for numbers in (point_numbers, cell_numbers))
-    corners, made, old_corner = ranges([len(nodes) for _, nodes in cells]), [], []
-    for i in old_cell:
-        (type_, nodes), r = cells[i], rotations[1 + i]
-        order = [(j - r) % len(nodes) for j in range(len(nodes))]
-        made.append((type_, [point_numbers[nodes[j]] for j in order]))
-        old_corner += [corners[i][j] for j in order]
-    places = {CELLS: old_cell, CORNERS: np.array(old_corner, int), MESH: slice(None)}
-    mesh.values = [values[places.get(array.domain, old_point)] for values, array in zip(mesh.values, mesh.arrays)]
-    mesh.blocks = [[made[i] for i in block] for block in ranges(list(map(len, mesh.blocks)))]
-
 def border_of(patch):
-    """15.1: points at which sides of cells do not come in pairs."""
-    neighbours = [0] * patch.points
-    for _, nodes in joined(patch.blocks):
-        for p, before, behind in zip(nodes, nodes[-1:] + nodes, nodes[1:] + nodes[:1]):
-            neighbours[p] ^= before + 1 ^ behind + 1
-    return [p for p, x in enumerate(neighbours) if x]
+    return np.flatnonzero(around.on_border([nodes for _, nodes in joined(patch.blocks)], patch.points)).tolist()
 
 def shared_points(section, border, side=frozenset()):
     """15.1: copies by point, rising; those on a side (16.14) have a context of their own."""
@@ -173,5 +140,5 @@ def decode(container):
         if d.welded:
             split_twins(mesh, patch)
     if d.ordered:
-        reorder(mesh, container.stream("ORDR"))
+        beyond("an order that is kept")(mesh, container.stream("ORDR"))
     return mesh

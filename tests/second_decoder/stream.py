@@ -1,13 +1,11 @@
 """Section 16 of docs/format.md: mode stream, but steps and cells given by faces."""
 import numpy as np
-import pieces
-from cells import Connectivity
-from container import Fields
+from cells import Cells
+from container import MORE, Fields, beyond
 from description import POINTS, Array, Mesh, plain
-from gates import Gates
+from entropy import Asker
 from maps import Map
-from mixed import MixedValues
-from order import mesh_order
+from single import ranges
 from values import Values
 
 class StreamDescription:
@@ -31,18 +29,27 @@ class StreamDescription:
 
 def decode(container):
     d = StreamDescription(container.stream("DESC"))
-    mesh = pieces.decode(container, d, decode) if container.required else one_file(container, d)
+    if container.required:
+        mesh = beyond("volumes in pieces")(container, d, decode)
+    else:
+        mesh = one_file(container, d)
     for place, runs in d.numbered:
         numbers = [first + k for n, first in runs for k in range(n)]
         mesh.values[place + 1] = np.array(numbers).astype(mesh.arrays[place + 1].dtype).reshape(-1, 1)
     return mesh
 
+def coders_of(d, places):
+    for i, (array, m, allowed) in enumerate(zip([d.positions] + d.arrays, d.maps, d.allowed)):
+        if (d.mixed_values == 2 or d.mixed_values and allowed) and array.components <= 16:
+            yield beyond("mixed values")(array, m, places if i else None)
+        else:
+            yield Values(array, m)
+
 def one_file(container, d):
-    walk, cells, batch = (Gates if d.gated else Connectivity)(d.mixed, not d.any_order), [], 0
-    mesh, places, coders = Mesh(d, [], []), {}, []
-    for i, (array, m, allowed) in enumerate(zip(mesh.arrays, d.maps, d.allowed)):
-        is_mixed = (d.mixed_values == 2 or d.mixed_values and allowed) and array.components <= 16
-        coders.append(MixedValues(array, m, places if i else None) if is_mixed else Values(array, m))
+    ask = beyond("mixed decisions")() if d.mixed else Asker()
+    walk = (beyond("cells at gates") if d.gated else MORE.get("cells of all kinds", Cells))(ask, not d.any_order)
+    mesh, cells, places, batch = Mesh(d, [], []), [], {}, 0
+    coders = list(coders_of(d, places))
     rows = [{} for _ in coders]  # by number
     while container.has("CELL", batch):
         fields = Fields(container.stream("CELL", batch))
@@ -61,14 +68,10 @@ def one_file(container, d):
                 places.update((p[0], in_type([rows[0][p[0]]], array)[0].astype("f8")) for p in walk.born)
         batch += 1
     mesh.values = [in_type([of[k] for k in range(len(of))], array) for array, of in zip(mesh.arrays, rows)]
-    ends = np.cumsum([0] + [n for _, _, n in walk.blocks]).tolist()
-    blocks = list(zip(ends, ends[1:]))
+    blocks = ranges([n for _, _, n in walk.blocks])
+    mesh.blocks = [cells[block.start : block.stop] for block in blocks]
     if d.order_apart & 1:
-        points, order = mesh_order(container.stream("ordr"), [walk.kept[a:b] for a, b in blocks], len(mesh.values[0]))
-        number = {p: i for i, p in enumerate(points)}
-        cells = [(cells[c][0], [number[p] for p in cells[c][1]]) for c in order]
-        mesh.values = [v[points if a.domain == POINTS else order] for a, v in zip(mesh.arrays, mesh.values)]
-    mesh.blocks = [cells[a:b] for a, b in blocks]
+        beyond("another order than that of the file")(mesh, walk, blocks, container.stream("ordr"))
     return mesh
 
 def in_type(rows, array):

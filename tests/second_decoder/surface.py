@@ -1,18 +1,22 @@
 """Sections 11.2 and 12.4 of docs/format.md: half-edges of decoded faces."""
 from itertools import accumulate
 
-def around_faces(begin, faces):
-    """Of each corner of faces, counted over all, the next and the previous one."""
-    sizes = list(zip(begin, map(len, faces)))
-    return ([b + (k + s) % n for b, n in sizes for k in range(n)] for s in (1, -1))
+class Faces:
+    """Corners of faces, counted over all, and their half-edges."""
 
-class Surface:
-    """Half-edges: those of faces, then those of border triangles. `corner_of` is the mesh's corner of a half-edge."""
+    def __init__(self, faces):
+        self.faces, self.begin = [list(face) for face in faces], list(accumulate(map(len, faces), initial=0))
+        self.point, self.real = [p for face in faces for p in face], self.begin[-1]
+        self.face, sizes = [f for f, face in enumerate(faces) for _ in face], list(zip(self.begin, map(len, faces)))
+        self.next, self.previous = ([b + (k + s) % n for b, n in sizes for k in range(n)] for s in (1, -1))
+
+    def size(self, h): return len(self.faces[self.face[h]]) if h < self.real else 3
+
+class Surface(Faces):
+    """Those of faces, then those of border triangles. `corner_of` is the mesh's corner of a half-edge."""
 
     def __init__(self, faces, points):
-        self.begin = list(accumulate(map(len, faces), initial=0))
-        self.faces, self.real = [list(face) for face in faces], self.begin.pop()
-        self.face = [f for f, face in enumerate(faces) for _ in face]
+        super().__init__(faces)
         self.flipped = [False] * len(faces)
         edges = {}  # half-edges with an edge, each with its direction
         for f, face in enumerate(faces):
@@ -21,7 +25,6 @@ class Surface:
         self.opposite = [None] * self.real
         self.glue_by_walk({h: (up, sides) for sides in edges.values() for h, up in sides})
         self.turn_over()
-        self.next, self.previous = around_faces(self.begin, self.faces)
         self.point = [p for face in self.faces for p in face]
         self.close_borders()
         self.number_vertices(points)
@@ -113,5 +116,3 @@ class Surface:
         b, n = self.begin[f], len(self.faces[f])
         first = min(range(n), key=lambda k: self.origin[b + k])
         return [b + (first + k) % n for k in range(n)]
-
-    def size(self, h): return len(self.faces[self.face[h]]) if h < self.real else 3

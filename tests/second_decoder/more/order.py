@@ -1,8 +1,42 @@
-"""Section 16.10 of docs/format.md: the order of the mesh, where that of the file is another."""
+"""Sections 15.2 and 16.10 of docs/format.md: the order of the mesh, where that of the file is another."""
 from collections import defaultdict
-from container import Fields, wrap
+import numpy as np
+from container import Fields, unzigzag, wrap
+from description import CELLS, CORNERS, MESH, POINTS
 from entropy import Asker, CodedSequence, MixedSequence
+from more.mixing import MixedAsker
 from single import ranges
+
+# --- 15.2: mode single
+
+def permutation(sequence, n):
+    """The number of each of n elements."""
+    number, c, numbers = -1, 0, []
+    sequence.forget()
+    for _ in range(n):
+        u = sequence.count("number", c)
+        number, c = number + 1 + unzigzag(u) & 0xFFFFFFFF, min(u.bit_length(), 15)
+        numbers.append(number)
+    return numbers
+
+def reorder(mesh, stream):
+    sequence, cells = CodedSequence(stream), mesh.cells()
+    point_numbers, cell_numbers = permutation(sequence, len(mesh.values[0])), permutation(sequence, len(cells))
+    rotations = [0]
+    for _ in cells:
+        rotations.append(sequence.count("rotation", min(rotations[-1], 3)))
+    old_point, old_cell = (np.argsort(numbers).astype(int) for numbers in (point_numbers, cell_numbers))
+    corners, made, old_corner = ranges([len(nodes) for _, nodes in cells]), [], []
+    for i in old_cell:
+        (type_, nodes), r = cells[i], rotations[1 + i]
+        order = [(j - r) % len(nodes) for j in range(len(nodes))]
+        made.append((type_, [point_numbers[nodes[j]] for j in order]))
+        old_corner += [corners[i][j] for j in order]
+    places = {CELLS: old_cell, CORNERS: np.array(old_corner, int), MESH: slice(None)}
+    mesh.values = [values[places.get(array.domain, old_point)] for values, array in zip(mesh.values, mesh.arrays)]
+    mesh.blocks = [[made[i] for i in block] for block in ranges(list(map(len, mesh.blocks)))]
+
+# --- 16.10: mode stream
 
 def k(x): return x if x < 4 else 2 + x.bit_length()
 
@@ -10,7 +44,7 @@ class Coder:
     """A sequence of `ordr` with its questions."""
 
     def __init__(self, data, mixed, file):
-        self.sequence, self.asker, self.file = MixedSequence(data), Asker(mixed), file
+        self.sequence, self.asker, self.file = MixedSequence(data), (MixedAsker if mixed else Asker)(), file
         self.asker.sequence = self.sequence
 
     def ask(self, Q, local, nearby, valence, before):
@@ -201,3 +235,10 @@ def mesh_order(stream, blocks, points):
         return order, list(range(len(file.cells)))
     number = {p: i for i, p in enumerate(order)}
     return order, CellOrder(Coder(of_cells, flags & 1, file), number).order
+
+def reorder_stream(mesh, walk, blocks, stream):
+    points, order = mesh_order(stream, [walk.kept[b.start : b.stop] for b in blocks], len(mesh.values[0]))
+    number, cells = {p: i for i, p in enumerate(points)}, mesh.cells()
+    cells = [(cells[c][0], [number[p] for p in cells[c][1]]) for c in order]
+    mesh.values = [v[points if a.domain == POINTS else order] for a, v in zip(mesh.arrays, mesh.values)]
+    mesh.blocks = [cells[b.start : b.stop] for b in blocks]

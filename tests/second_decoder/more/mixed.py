@@ -3,8 +3,9 @@ import math
 from collections import defaultdict
 import numpy as np
 from container import clamp
-from entropy import Cell, Mixer, hash32
+from entropy import Cell, hash32
 from maps import bits_of, dot
+from more.mixing import Mixer, logit
 from values import F32, Values, Weights
 
 LOGISTIC_SUM = [math.floor(2**30 / (1 + math.exp(-(j - 1280) / 64)) + 0.5) for j in range(2562)]
@@ -296,10 +297,10 @@ class MixedValues(Values):
         if few is not None:
             bins = ("size", 2 * self.size_bin + (mean0 > mean2)), ("dev", 2 * self.dev_bin + (mean3 > mean2))
             cells = [(self.cells[*b, few], True) for b in bins]
-            inputs[5:7] = [cell.logit() for cell, _ in cells]
+            inputs[5:7] = [logit(cell) for cell, _ in cells]
         for kind, (code, cell) in self.alive().items():
             cells.append((self.cells["match", cell + type_], code >= x))
-            inputs[8 + kind] = cells[-1][0].logit() * (1 if code >= x else -1)
+            inputs[8 + kind] = logit(cells[-1][0]) * (1 if code >= x else -1)
         row = 16 * (2 * self.situation + (self.k > 0)) + type_
         bit = self.mixer.bit(self.q, inputs, 16 * self.dev_bin + type_, row, type_)
         for cell, right in cells:

@@ -1,9 +1,11 @@
 """Section 16.13 of docs/format.md: cells that come at gates."""
 from collections import defaultdict
-from cells import SHAPES, Connectivity, along, edges_of, turned
-from entropy import hash32
+from cells import SHAPES, along, edges_of, turned
+from entropy import hash32, tree
+from more.kinds import AllCells
+from more.mixing import MixedAsker
 
-GATED = [kind for kind, shape in enumerate(SHAPES) if shape.dimension > 1]
+GATED = [kind for kind, shape in SHAPES.items() if shape.dimension > 1]
 
 def ends_beside(points, a, b):
     """Of a face with an edge: its points next to a (not b) and next to b (not a)."""
@@ -20,13 +22,13 @@ def beyond(cell, f, a, b, gate_cell):
             return None
         cell, f = cell.across[f]
 
-class Gates(Connectivity):
+class Gates(AllCells):
     def __init__(self, *more):
         super().__init__(*more)
         self.gates, self.outcomes_plain, self.E, self.row_turns = [], 0, 1, defaultdict(int)
 
     def told(self, Q, local, nearby, valence):
-        return self.ask(Q, local, nearby, valence) if self.ask.mixed else self.sequence.bit("Told", Q, local)
+        return self.ask(Q, local, nearby, valence) if isinstance(self.ask, MixedAsker) else self.sequence.bit("Told", Q, local)
 
     def waiting(self):
         """The first gate."""
@@ -63,16 +65,27 @@ class Gates(Connectivity):
 
     def gated_cell(self, kind, gate):
         turn = self.row_turn(64 * kind + 8 * gate[1] + gate[0].entered, gate[0]) if gate else 0
-        self.new_cell(kind, gate, turn, gate and gate[0], gated=True)
+        cell, new, repeats, _, before = self.new_cell(kind, gate, turn, gate and gate[0])
+        self.borders(cell, new, gate and gate[0])
+        if cell.nodes or repeats is not None:
+            ending = self.points_that_end(cell, self.ends_of(cell, new, before), new, before)
+        else:
+            ending = self.expected_ends(cell)
+        cell.signature = self.ask.signature
+        self.end_points(ending)
+
+    def make_pattern(self, *_): return None
 
     def row_turn(self, row, cell):
         if not self.sequence.run("Same", row):
             last = 64 * self.row_turns[row]
             turn_bit = lambda n: self.told(8, 64 * row + n, cell.signature, last + n)
-            self.row_turns[row] = self.ask_tree(6, turn_bit)
+            self.row_turns[row] = tree(6, turn_bit)
         return self.row_turns[row]
 
     def edges(self, kind, known, glued, own, gate_cell):
+        if SHAPES[kind].dimension < 3:
+            return super().edges(kind, known, glued, own, gate_cell)
         shape, sides, before, edges = SHAPES[kind], [], 0, edges_of(SHAPES[kind].faces[own])
         for u, v in edges:  # own face, beyond, points u and w there
             h, there, found = shape.other_face(own, u, v), beyond(*glued[own], known[u], known[v], gate_cell), None
@@ -123,7 +136,7 @@ class Gates(Connectivity):
         glued = sum(1 << i for i, g in enumerate(cell.glued) if g)
         for f in cell.open_faces():
             cycle, points = cell.shape.faces[f], cell.points(f)
-            old, fresh = min(sum(p.border for p in points), 3), min(sum(new[k] for k in cycle), 3)
+            old, fresh = min(sum(p.border for p in points), 3), min(sum(k in new for k in cycle), 3)
             x = old | fresh << 2 | (len(cycle) == 4) << 4
             border = self.told(16, x | cell.kind << 6, signature, f | glued << 3)
             for p in points:

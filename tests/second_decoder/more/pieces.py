@@ -2,19 +2,19 @@
 from collections import Counter, defaultdict
 from types import SimpleNamespace
 import numpy as np
-import cells
 import single
+from cells import SHAPES
 from container import Container, Fields
 from description import POINTS, Mesh
 from entropy import CodedSequence
 
-SHAPES = {shape.type: shape for shape in cells.SHAPES}
+BY_TYPE = {shape.type: shape for shape in SHAPES.values()}
 
 def border_points(mesh_cells):
     """Points that a border face has, each in rising order."""
     faces = defaultdict(Counter)
     for type_, nodes in mesh_cells:
-        shape = SHAPES.get(type_)
+        shape = BY_TYPE.get(type_)
         nodes = [nodes[i] for i in shape.order] if shape else nodes
         n = shape.corners if shape else len(nodes)
         for cycle in shape.faces if shape and shape.dimension == 3 else [range(n)]:
