@@ -1,6 +1,7 @@
 """Sections 13.1 and 13.2 of docs/format.md: arrays, coded by what is around their elements."""
 from collections import Counter
 import numpy as np
+import face_normals
 import normals
 from around import BEFORE, BEYOND, FOCUS, LAST, LATE0, LATE1, LATE2, NEXT
 from around import Element, Header, Numbers, exceptions, last_of_wide, put_exceptions, with_rest
@@ -227,6 +228,8 @@ def decode(stream, array, patch):
     coding = fields.u8()
     if coding == 17:
         return around(fields, array, patch)
+    if coding == 9:
+        return face_normals.FaceNormals(fields, array, patch).values
     if coding != 8:
         raise Unread(f"coding {coding}")
     values = normals.Normals(fields, array, patch).values
