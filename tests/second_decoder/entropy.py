@@ -81,6 +81,14 @@ class Sequence:
         model.learn(s)
         return s
 
+    def part_of(self, n, width):
+        """One of n equal parts of the slots."""
+        slot = self.slot(width, 0)
+        i = next(i for i in range(slot * n >> width, n) if slot < (i + 1 << width) // n)
+        begin = (i << width) // n
+        self.take(width, 0, begin, (i + 1 << width) // n - begin, slot)
+        return i
+
     def raws(self, n):
         return self.raw(16) << n - 16 | self.raws(n - 16) if n > 16 else self.raw(n) if n > 0 else 0
 

@@ -6,22 +6,13 @@ from around import exceptions
 from container import clamp, wrap
 from entropy import CodedSequence
 from maps import Map, dot, half, real
-from normals import ZERO, cross, length
+from normals import ZERO, area, axes, cross, length
 
 CROSS32, LENGTH32, RECIPROCAL, FIRST, SECOND, SWAPPED, NEGATED = (1 << i for i in range(7))
 LEARNS, UNIT, SIGNED_ZEROS = 4, 8, 16
 
 def class_(h, first, per, n): return clamp(int((h - first) / per), 0, n - 1)
 def is_unit(v): return bool(abs(dot(v, v) - 1) < 0.02)
-
-def axes(v):
-    """The other two axes, and that of the largest component."""
-    last = max((2, 0, 1), key=lambda k: abs(v[k]))
-    return (last + 1) % 3, (last + 2) % 3, last
-
-def area(places):
-    c, *others = places
-    return sum((cross(a - c, b - c) for a, b in zip(others, others[1:])), ZERO)
 
 class Estimate:
     """The normal (m) of some places with the covariances P, and its covariance; `known`: whether there is one."""
@@ -62,16 +53,16 @@ class FaceNormals:
         at = self.patch.numbers
         H, L = 2.0 ** (scale >> 1) * (1.5 if scale % 2 else 1), max(np.minimum(np.abs(at), 1e30).max(initial=0), 1e-30)
 
-        def s(x):
-            power, base = 1.0, (1, 2, 10)[self.how & 3]
-            while base > 1 and power * base <= clamp(abs(x), L / 65536, L):
+        def s(x, base):
+            power, x = 1.0, clamp(abs(x), L / 65536, L)
+            while base > 1 and power * base <= x:
                 power *= base
-            while base > 1 and power > clamp(abs(x), L / 65536, L):
+            while base > 1 and power > x:
                 power /= base
             return H * power
 
-        self.moved = np.zeros_like(at)
-        self.covariance = [np.diag([s(x) * s(x) / 12 for x in p]) for p in at]
+        self.moved, steps = np.zeros_like(at), ([s(x, (1, 2, 10)[self.how & 3]) for x in p] for p in at)
+        self.covariance = [np.diag([x * x / 12 for x in p]) for p in steps]
 
     # --- numbers and codes
 
@@ -124,7 +115,7 @@ class FaceNormals:
         based = [x for x in self.beside if x[1].base is not None] or self.beside
         self.entry = max(based, key=lambda x: x[1].number)[0] if based else 0
         self.C, self.own = self.computed(self.at) if self.at else [], SimpleNamespace(number=f, base=None, way=2)
-        self.C0 = self.C[0] if self.C else ZERO
+        self.C0 = self.C[0] if self.C else ZERO  # which is no unit vector
         self.own.signs = sum(1 << k for k in range(3) if self.C0[k] < 0)
         self.estimate()
         codes = self.by_others() or self.components()
@@ -133,7 +124,7 @@ class FaceNormals:
         own.vector = np.where(np.isfinite(number), number, 0.0)
         own.error = half(self.dist(own.vector) + 0.001)
         signed = self.signs_of_zeros(codes) if self.how & SIGNED_ZEROS and (number == 0).any() else codes
-        if self.C and is_unit(self.C0):
+        if is_unit(self.C0):
             place = self.place()
             place[1:] = [own] + [x for x in place[1:] if self.turned(x.codes, x.signs ^ own.signs) != codes][:2]
         self.kept.append(own)
@@ -220,7 +211,7 @@ class FaceNormals:
         for i, (d, x) in enumerate(sorted(((self.dist(x.vector), x) for x in others), key=lambda pair: pair[0])):
             if q.bit("Neighbour", class_(half(d + 0.001), -20, 4, 16), i):
                 return x.codes
-        return self.recalled(refused) if self.C and is_unit(self.C0) else None
+        return self.recalled(refused) if is_unit(self.C0) else None
 
     def recalled(self, refused):
         asked, found = 0, None
@@ -258,8 +249,7 @@ class FaceNormals:
             n = len(giving)
             if n == 1:
                 return what
-            at = self.at
-            sides = [dot(d, d) for d in (at[(k + 1) % 3] - at[(k + 2) % 3] for k in range(3))]
+            sides = [dot(d, d) for d in (self.at[k - 2] - self.at[k - 1] for k in range(3))]
             g = sum(side > sides[corners[0]] for side in sides)
             if i == n - 1 or self.q.bit("Base", state, g, i, len(corners) > 1, n - 2):
                 if len(corners) == 1:
@@ -267,17 +257,15 @@ class FaceNormals:
                 return what
 
     def signs_of_zeros(self, codes):
-        zeros = [k for k in range(3) if self.maps[k].number(codes[k]) == 0]
+        zeros = np.flatnonzero(self.numbers(codes) == 0)
         corners = [i for i in self.from_entry() if self.own.way == 2 or self.near(self.C[i]) == codes]
         given = [(i, tuple(bool(math.copysign(1, self.C[i][k]) < 0) for k in zeros)) for i in corners]
         if given and self.q.bit("Signs", self.own.way == 1):
             negative = self.choose(given)
         else:
             negative = [self.q.bit("Sign") for _ in zeros]
-        signed = list(codes)
-        for k, minus in zip(zeros, negative):
-            signed[k] = -1 - codes[k] if minus else codes[k]
-        return signed
+        minus = dict(zip(zeros, negative))
+        return [-1 - c if minus.get(k) else c for k, c in enumerate(codes)]
 
     # --- components
 
@@ -306,7 +294,7 @@ class FaceNormals:
 
     def component(self, k, mean, variance, *models):
         """Its code, and the variance."""
-        q, m, zero = self.q, self.maps[k], bool(self.C0[k] == 0)
+        q, m, zero = self.q, self.maps[k], bool(self.C and self.C0[k] == 0)
         mean = clamp(mean, -1e30, 1e30) if mean == mean else -1e30
         u, variance = self.unit(k, mean), clamp(variance, 0.0, 1e60) if variance == variance else 0.0
         variance = variance + u * u / 12
@@ -331,8 +319,5 @@ class FaceNormals:
         if size < 2:
             return 0
         r = max((size - 1).bit_length() - 10, 0)
-        T, slot = (size - 1 >> r) + 1, self.q.slot(15, 0)
-        v = next(v for v in range(slot * T >> 15, T) if slot < (v + 1 << 15) // T)
-        begin = (v << 15) // T
-        self.q.take(15, 0, begin, ((v + 1) << 15) // T - begin, slot)
-        return min(v << r | (self.q.raw(32) << r - 32 | self.q.raw(r - 32) if r > 32 else self.q.raw(r)), size - 1)
+        v = self.q.part_of((size - 1 >> r) + 1, 15) << r
+        return min(v | (self.q.raw(32) << r - 32 | self.q.raw(r - 32) if r > 32 else self.q.raw(r)), size - 1)

@@ -22,6 +22,16 @@ def unit(v):
     m = np.abs(v).max()
     return v / m / length(v / m) if 1e-300 < m < 1e300 else ZERO
 
+def axes(v):
+    """The other two axes, and that of the largest component."""
+    last = max((2, 0, 1), key=lambda k: abs(v[k]))
+    return (last + 1) % 3, (last + 2) % 3, last
+
+def area(places):
+    """The sum of cross products of a face."""
+    c, *others = places
+    return sum((cross(a - c, b - c) for a, b in zip(others, others[1:])), ZERO)
+
 def halves(s):
     n = s.bit_length()
     return s if s < 2 else 2 * n - 2 + (s >> n - 2 & 1)
@@ -87,8 +97,7 @@ class Expected:
         self.face_normals = [self.face_normal(f) for f in range(len(self.s.faces))]
 
     def face_normal(self, f):
-        c, *others = (self.at[h] for h in self.s.corners(f))
-        n = sum((cross(a - c, b - c) for a, b in zip(others, others[1:])), ZERO)
+        n = area([self.at[h] for h in self.s.corners(f)])
         return n * -1.0 if self.s.flipped[f] else n
 
     def sum_of(self, corners):
@@ -275,8 +284,7 @@ class Normals:
 
     def three(self, e, P, error, class_, completion, around):
         P0, codes, unit_, least = P.copy(), [0, 0, 0], self.flags & UNIT, -128 if self.f64 else -68
-        last = max((2, 0, 1), key=lambda k: abs(P[k])) if unit_ else 2
-        first, second, e.completion = (last + 1) % 3, (last + 2) % 3, 0
+        (first, second, last), e.completion = axes(P) if unit_ else (0, 1, 2), 0
         codes[first], changes = self.component(0, first, P[first], error, class_, around)
         x = self.number(first, codes[first])
         rest = P[second] * P[second] + P[last] * P[last]

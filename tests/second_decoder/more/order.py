@@ -55,10 +55,7 @@ class Coder:
         if n == 1:
             return 0
         b = max((n - 1).bit_length() - 12, 0)
-        d, slot = ((n - 1) >> b) + 1, self.sequence.slot(16, 0)
-        i = next(i for i in range(slot * d >> 16, d) if slot < 65536 * (i + 1) // d)
-        begin = 65536 * i // d
-        self.sequence.take(16, 0, begin, 65536 * (i + 1) // d - begin, slot)
+        i = self.sequence.part_of((n - 1 >> b) + 1, 16)
         left = n - (i << b)
         if b == 0 or left < 1 << b:
             return i << b | (self.uniform(left) if b else 0)
