@@ -92,9 +92,6 @@ class StreamCell:
     def points(self, f): return [self.corners[k] for k in self.shape.faces[f]]
     def open_faces(self): return [f for f in range(len(self.shape.faces)) if self.open >> f & 1]
 
-    def close(self, f):
-        self.open &= ~(1 << f)
-
 def open_face(points, size):
     """The first open face of so many corners that has these points."""
     faces = ((cell, f) for cell in points[0].cells[:64] for f in cell.open_faces()) if points else ()
@@ -114,18 +111,16 @@ class Cells:
         self.tracks, self.last_hit_e, self.models = [M64], False, Models()
 
     def batch(self, cells, numbers, records, begins):
-        """`begins`: (record, name, type) of blocks. Gives (type, point numbers) of cells; what 16.7 needs about new
-        points and cells is in `born` and `came`."""
+        """`begins`: types of blocks by record. Gives (type, point numbers) of cells; what 16.7 needs about new points
+        and cells is in `born` and `came`."""
         self.sequence = self.ask.sequence = MixedSequence(cells, self.models)
         self.numbers, self.made, self.born, self.came = MixedSequence(numbers, self.models), [], [], []
-        begins = {at: (name, type_) for at, name, type_ in begins}
         for r in range(records):
-            if r in begins:
-                self.blocks.append([*begins[r], 0])
+            self.blocks += [[begins[r], 0]] if r in begins else []
             before = len(self.made)
             self.record()
             if self.blocks:
-                self.blocks[-1][2] += len(self.made) - before
+                self.blocks[-1][1] += len(self.made) - before
             if r % 4096 == 4095 or r == records - 1:
                 for slot in self.ended:
                     self.point_slots.free(slot)
@@ -145,7 +140,7 @@ class Cells:
     def end_point(self, p):
         for cell in p.cells:
             for f in (f for f in cell.open_faces() if p in cell.points(f)):
-                cell.close(f)
+                cell.open &= ~(1 << f)
                 for q in filter(None, cell.points(f)):
                     q.open = q.open - 1 & 0xFFFF
             cell.corners = [None if q is p else q for q in cell.corners]
@@ -218,15 +213,14 @@ class Cells:
         known, glued = [places.get(what) for what in corners], [opened.get(what) for what in faces]
         if any(isinstance(what, tuple) and part is None for what, part in zip(corners + faces, known + glued)):
             return None
-        for f, cycle in enumerate(SHAPES[kind].faces):
-            if faces[f] == "found":
-                there = [known[k] for k in cycle if known[k]]
-                glued[f] = open_face(there, len(cycle)) if len(there) >= len(cycle) - 1 else None
-                rest = [p for p in glued[f][0].points(glued[f][1]) if p not in there] if glued[f] else []
-                for k in cycle:
-                    known[k] = known[k] or next(iter(rest), None)
-                if not glued[f] or None in [known[k] for k in cycle]:
-                    return None
+        for f, cycle in ((f, SHAPES[kind].faces[f]) for f, what in enumerate(faces) if what == "found"):
+            there = [known[k] for k in cycle if known[k]]
+            glued[f] = open_face(there, len(cycle)) if len(there) >= len(cycle) - 1 else None
+            rest = [p for p in glued[f][0].points(glued[f][1]) if p not in there] if glued[f] else []
+            for k in cycle:
+                known[k] = known[k] or next(iter(rest), None)
+            if not glued[f] or None in [known[k] for k in cycle]:
+                return None
         return None if any(p is None and what != "new" for p, what in zip(known, corners)) else (known, glued)
 
     def pattern_by_flags(self):
@@ -314,11 +308,9 @@ class Cells:
                 known[r] = p
         cell = StreamCell(kind, known, self.cell_slots.take(), L.ordinal + 1 if L else 0)
         self.nodes_behind(cell, new)
-        for f, g in enumerate(glued):
-            if g:
-                cell.close(f)
-                g[0].close(g[1])
-                cell.glued[f], cell.across[f], g[0].across[g[1]] = g[0], g, (cell, f)
+        for f, (other, g) in ((f, there) for f, there in enumerate(glued) if there):
+            cell.open, other.open = cell.open & ~(1 << f), other.open & ~(1 << g)
+            cell.glued[f], cell.across[f], other.across[g] = other, (other, g), (cell, f)
         for k, p in enumerate(known):
             p.cells.insert(0, cell)
             p.open = p.open + sum(-1 if glued[f] else 1 for f, face in enumerate(shape.faces) if k in face) & 0xFFFF
@@ -336,11 +328,9 @@ class Cells:
 
     def ends_of(self, cell, new, before):
         """16.6: bits of the corners that end, of a cell that has come."""
-        ends = 0
-        for i, p in enumerate(cell.corners):
-            local = min(p.valence, 63) | min(p.open, 31) << 6 | cell.kind << 11
-            ends |= (p not in cell.corners[:i] and self.ask_end(i, local, new, before)) << i
-        return ends
+        once = [(i, p) for i, p in enumerate(cell.corners) if p not in cell.corners[:i]]
+        locals_ = ((i, min(p.valence, 63) | min(p.open, 31) << 6 | cell.kind << 11) for i, p in once)
+        return sum(self.ask_end(i, local, new, before) << i for i, local in locals_)
 
     def ask_end(self, i, local, new, before):
         return self.ask(14, local, i | (i in new) << 5 | (before % 65536) << 6, 32 * local + i)
@@ -398,18 +388,16 @@ class Cells:
                     return cell
         self.choice = 63
         if ask(4, kind, 0, 0):
-            for i, cell in enumerate(x for x in self.old_point(self.G).cells if self.can_take(x, kind)):
-                if ask(5, min(i, 15), cell.signature, cell.open):
-                    return cell
+            around = (cell for cell in self.old_point(self.G).cells if self.can_take(cell, kind))
+            return next(cell for i, cell in enumerate(around) if ask(5, min(i, 15), cell.signature, cell.open))
         return None
 
     def anchor_face(self, cell):
         faces = sorted(cell.open_faces(), key=lambda f: f != self.last_face)
-        for rank, f in enumerate(faces):
-            local = f | rank << 3 | (f == self.last_face) << 6 | cell.kind << 7
-            if f == faces[-1] or self.ask(6, local, cell.signature, cell.open | self.choice << 8):
-                self.last_face = f
-                return f
+        locals_ = ((f, f | rank << 3 | (f == self.last_face) << 6 | cell.kind << 7) for rank, f in enumerate(faces))
+        ask = lambda local: self.ask(6, local, cell.signature, cell.open | self.choice << 8)
+        self.last_face = next(f for f, local in locals_ if f == faces[-1] or ask(local))
+        return self.last_face
 
     def turn(self, cell, face, kind):
         row = face | kind << 3 | cell.kind << 8
@@ -508,9 +496,8 @@ class Cells:
                 if new[of]:
                     repeats[k] = of
                 continue
-            near, v = [known[n] for n in shape.near[k] if known[n]], 0
-            for p in near:
-                v = (v << 4 | min(p.valence, 15)) & 0xFFFFFFFF
+            near = [known[n] for n in shape.near[k] if known[n]]
+            v = sum(min(p.valence, 15) << 4 * i for i, p in enumerate(reversed(near))) % 2**32
             new[k] = bool(ask(10, k | len(near) << 3 | faces << 5 | any(new) << 8 | kind << 9, signature, 8 * v + k))
             if not new[k]:
                 self.old_corners += 1
@@ -524,10 +511,9 @@ class Cells:
         for q in (q for p in near for cell in p.cells[:48] for q in self.joined_in(cell, p, SHAPES[kind])):
             if q and q not in known and (q in times or len(times) < 24):
                 times[q] = times.get(q, 0) + 1
-        for i, (q, n) in enumerate(sorted(times.items(), key=lambda x: -min(x[1], 255))[:12]):
-            if self.ask(12, i | min(n, 7) << 4 | kind << 7, signature, 16 * min(q.valence, 31) + i):
-                return q
-        return None
+        often = enumerate(sorted(times, key=lambda q: -min(times[q], 255))[:12])
+        locals_ = ((i | min(times[q], 7) << 4 | kind << 7, 16 * min(q.valence, 31) + i, q) for i, q in often)
+        return next((q for local, valence, q in locals_ if self.ask(12, local, signature, valence)), None)
 
     def joined_in(self, cell, p, shape):
         """Points that an edge of a cell joins to a point."""

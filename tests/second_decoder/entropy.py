@@ -74,6 +74,13 @@ class Sequence:
         model.learn(bit)
         return bit
 
+    def bit_by_last_two(self, name, *context):
+        """With `last two` (10.1) of its kind as the last part of the context."""
+        lasts = self.models[Counter, "last two"]
+        bit = self.bit(name, *context, lasts[name])
+        lasts[name] = 2 * lasts[name] % 4 + bit
+        return bit
+
     def symbol(self, *name, lane=0):
         model, slot = self.models[Symbol, name], self.slot(15, lane)
         s = bisect_right(model.c, slot) - 1
@@ -157,23 +164,24 @@ class Sequence:
         return wrap(-v if head >> n & 1 else v, B)
 
 class CodedSequence(Sequence):
-    """10.2."""
+    """10.2: states, and one row of words that all of them take from when they fall below the lowest."""
 
-    def __init__(self, data, lanes=1, models=None):
+    def __init__(self, data, lanes=1, models=None, state_bytes=8, word_bytes=4, lowest=2**32, block=131072):
         super().__init__(data, models)
-        self.operations, self.x = 0, [2**32] * lanes
+        self.word_bytes, self.lowest, self.block, self.operations = word_bytes, lowest, block, 0
+        self.x = [self.word(state_bytes) if data else lowest for _ in range(lanes)]
 
     def slot(self, width, lane):
-        if self.operations % 131072 == 0:
-            self.x = [self.word(8) for _ in self.x]
+        if self.operations == self.block:
+            self.x, self.operations = [self.word(8) for _ in self.x], 0
         self.operations += 1
         return self.x[lane] & (1 << width) - 1
 
     def take(self, width, lane, start, frequency, slot):
         x = frequency * (self.x[lane] >> width) + slot - start
-        self.x[lane] = x << 32 | self.word(4) if x < 2**32 else x
+        self.x[lane] = x << 8 * self.word_bytes | self.word(self.word_bytes) if x < self.lowest else x
 
-    def ended(self): return super().ended() and all(x == 2**32 for x in self.x)
+    def ended(self): return super().ended() and all(x == self.lowest for x in self.x)
 
 # --- 10.3 and 10.4: static tables, and symbols with them
 
@@ -208,26 +216,17 @@ def tables(sequence, contexts, size, most, b):
         made.append(table(depth, R, b))
     return [made[which] for which in runs]
 
-class StaticSymbols(Sequence):
-    """States, and one row of words that all of them take from when they fall below `lowest`."""
+class StaticSymbols(CodedSequence):
+    """10.4."""
 
-    def __init__(self, data, lanes, state_bytes, word_bytes, lowest):
-        super().__init__(data)
-        self.x, self.word_bytes, self.lowest = [self.word(state_bytes) for _ in range(lanes)], word_bytes, lowest
-
-    def refill(self, lane, x):
-        self.x[lane] = x << 8 * self.word_bytes | self.word(self.word_bytes) if x < self.lowest else x
+    def __init__(self, data, lanes, *sizes):
+        super().__init__(data, lanes, None, *sizes, block=None)
 
     def symbol(self, lane, starts):
-        x, slot = divmod(self.x[lane], starts[-1])
+        slot, width = self.x[lane] % starts[-1], starts[-1].bit_length() - 1
         s = bisect_right(starts, slot) - 1
-        self.refill(lane, (starts[s + 1] - starts[s]) * x + slot - starts[s])
+        self.take(width, lane, starts[s], starts[s + 1] - starts[s], slot)
         return s
-
-    def raw(self, n):
-        value = self.x[0] & (1 << n) - 1
-        self.refill(0, self.x[0] >> n)
-        return value
 
     def number(self, starts):
         s = self.symbol(0, starts)

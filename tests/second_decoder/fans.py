@@ -36,10 +36,7 @@ class Entry:
     """A vertex of a ring, None for markers of borders."""
 
     def __init__(self, vertex, across, seen):
-        self.vertex, self.across, self.seen = vertex, across, seen
-
-    @property
-    def marker(self): return self.vertex is None
+        self.vertex, self.across, self.seen, self.marker = vertex, across, seen, vertex is None
 
     def see(self, n):
         self.seen = min(self.seen + n, 15)

@@ -25,8 +25,6 @@ def narrow_float(x, kind):
     x = clamp(x, -MOST[kind], MOST[kind]) if x == x else x
     return f32(x) if kind == "f4" else x
 
-def binary_power(e): return float(np.ldexp(1.0, e))
-
 def ten(x, k):
     """x * 10^k"""
     return x * 10.0**k if k >= 0 else x / 10.0**-k
@@ -160,16 +158,15 @@ class Map:
         """The number of c as a double, for kinds 5 and 6 without a table before it is rounded; NaN counts as 0."""
         return real(self.plain_number(c) if self.table is None else float(self.number(c)))
 
-    def with_bits(self, c): return np.array(c & (1 << self.size) - 1, "u" + self.dtype[1]).view(self.dtype).item()
-
     def plain_number(self, c):
         """The double that the map computes for c, not rounded to the type."""
         if self.digits:
             return self.digits.value(c)
         if self.kind < 2:
-            return float(self.with_bits(ordered(c, self.size) if self.kind else c))
+            bits = (ordered(c, self.size) if self.kind else c) & (1 << self.size) - 1
+            return np.array(bits, "u" + self.dtype[1]).view(self.dtype).item()
         if self.kind < 4:
-            return float(c) * binary_power(self.own[0]) if self.kind == 3 else float(c) / 10.0 ** self.own[0]
+            return float(c) * math.ldexp(1.0, self.own[0]) if self.kind == 3 else float(c) / 10.0 ** self.own[0]
         if self.kind == 4:
             return self.own[0] + float(c) * self.own[1]
         if self.kind == 7:
@@ -186,10 +183,9 @@ class Map:
 
     def number(self, c):
         """The number of c as the type has it."""
-        c = self.plain_code(c)
+        x = self.plain_number(self.plain_code(c))
         if self.kind == 0:
-            return self.with_bits(c)
-        x = self.plain_number(c)
+            return x
         if self.kind in (5, 6) and self.own[1] >= 0:
             y = narrow_float(x, "f4") * 10.0 ** self.own[1]
             x = math.copysign(np.rint(abs(y)), y) / 10.0 ** self.own[1]
@@ -222,10 +218,10 @@ class Map:
 
     def straight_code(self, x):
         e = self.own[0] if self.own else 0
-        if self.kind == 3:
-            x = x * binary_power(-e) if e > -1024 else x * 2.0**1023 * binary_power(-e - 1023)
-        elif self.kind in (2, 4):
-            x = x * 10.0**e if self.kind == 2 else (x - e) / self.own[1] if self.own[1] else 0.0
+        if self.kind in (2, 3):
+            x = x * 10.0**e if self.kind == 2 else float(np.ldexp(x, -e))
+        elif self.kind == 4:
+            x = (x - e) / self.own[1] if self.own[1] else 0.0
         return wrap(math.floor(x + 0.5), self.code_size) if abs(x) < 9e18 else 0
 
     def digits_code(self, x):

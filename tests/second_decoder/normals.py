@@ -1,9 +1,9 @@
 """Sections 13.3 to 13.5 and 13.7 of docs/format.md: normals that positions foretell, and twins."""
 import math
-from collections import Counter, defaultdict
+from collections import defaultdict
 from types import SimpleNamespace
 import numpy as np
-from around import exceptions
+from around import exceptions, put_exceptions
 from container import clamp, wrap
 from description import CELLS, CORNERS, POINTS, TWINS
 from entropy import CodedSequence
@@ -140,18 +140,12 @@ class Normals:
         self.steps = fields.count() if octahedron else None
         self.maps = [] if octahedron else [Map(fields, array.type) for _ in range(3)]
         found = exceptions(fields.section(), array.dtype)
-        self.q, self.lasts, self.f64 = CodedSequence(fields.rest()), Counter(), array.dtype == "f8"
+        self.q, self.f64 = CodedSequence(fields.rest()), array.dtype == "f8"
         self.kept, self.before, self.expected = {}, None, Expected(patch, weight, self.flags)
         order = {POINTS: self.points, CELLS: self.cells, CORNERS: self.corners, TWINS: self.corners}[array.domain]()
-        as_bits = np.array([self.kept[i].bits for i in range(len(order))], array.of_bits).reshape(-1, 3)
-        for place, value in found.items():
-            as_bits[order[place // 3], place % 3] = value
-        self.values = as_bits.view(array.dtype)
-
-    def bit_after_last_two(self, name, *context):
-        bit = self.q.bit(name, *context, self.lasts[name])
-        self.lasts[name] = 2 * self.lasts[name] % 4 + bit
-        return bit
+        made = np.array([self.kept[i].bits for i in order], array.of_bits).reshape(-1, 3).view(array.dtype)
+        put_exceptions(made, found)
+        self.values = made[np.argsort(order)]
 
     # --- elements by domain, each giving the order for exceptions
 
@@ -211,7 +205,7 @@ class Normals:
                     return twins[h] == twins[g] or same(first[twins[h]], first[twins[g]])
                 a, b = s.previous[h], s.next[g]
                 far = 0 if s.origin[a] >= V else 1 if same(a, b) else 2
-                return self.bit_after_last_two("Joined", far, self.expected.sharpness(h, g))
+                return self.q.bit_by_last_two("Joined", far, self.expected.sharpness(h, g))
 
             ring, before = s.ring(V), None
             for wedge in wedges(s, ring, joined):
@@ -240,14 +234,14 @@ class Normals:
         E, S = expected[0], half(expected[1], 1 / 4096, 1e30)
         around = around or ([] if self.before is None else [self.before])
         around = [self.kept[n] for n in around]
-        same = self.kept[twin] if twin is not None and self.bit_after_last_two("Twin") else None
+        same = self.kept[twin] if twin is not None and self.q.bit_by_last_two("Twin") else None
         if not same and self.flags & REPEATS and around:
             near = around[0]
             for n in around[1:]:
                 near = n if dot(unit(n.E), unit(E)) > dot(unit(near.E), unit(E)) else near
             r = 1 - dot(unit(near.E), unit(E))
             apart = half(2.0 if r != r else r, 1e-16, 2.0)
-            same = near if self.bit_after_last_two("Repeat", (2 - apart) // 7) else None
+            same = near if self.q.bit_by_last_two("Repeat", (2 - apart) // 7) else None
         e = SimpleNamespace(**{**(vars(same) if same else {}), "E": E, "S": S})
         if not same:
             self.components(e, around, E)
@@ -273,9 +267,9 @@ class Normals:
     def octahedron(self, e, P, error, class_):
         V, steps = unit(P), self.steps
         h = abs(V[0]) + abs(V[1]) + abs(V[2])
-        codes = [math.floor(x / h * steps + 0.5) if h else 0 for x in V[:2]]
+        expected = (math.floor(x / h * steps + 0.5) if h else 0 for x in V[:2])
         residuals = [self.q.residual(k, max(error, 0), class_, 32) for k in range(2)]
-        i, j = codes = tuple(wrap(x + r, 32) for x, r in zip(codes, residuals))
+        i, j = codes = tuple(wrap(x + r, 32) for x, r in zip(expected, residuals))
         if V[2] < 0:  # turned out
             codes = tuple(wrap((-1 if a < 0 else 1) * (steps - abs(b)), 32) for a, b in ((i, j), (j, i)))
         e.codes, e.error, e.completion = codes, max(halves(abs(r)) for r in residuals), 0
@@ -349,18 +343,14 @@ class Twins:
 
     def __init__(self, stream, patch):
         s, q, block = patch.surface, CodedSequence(stream), patch.fans.block
-        self.q, last = q, 0
-        self.count = [0] * patch.points  # twins that came up at each point
+        self.q, self.count = q, [0] * patch.points  # twins that came up at each point
         self.of, expected = [None] * s.real, Expected(patch, 0, 0)
         for V in range(len(s.around)):
 
             def joined(h, g):
-                nonlocal last
-                a, b = s.previous[h], s.next[g]
+                a, b, apart = s.previous[h], s.next[g], block[s.face[h]] != block[s.face[g]]
                 far = 0 if s.origin[a] >= V else 1 if self.of[a] == self.of[b] else 2
-                bit = q.bit("Joined", block[s.face[h]] != block[s.face[g]], far, expected.sharpness(h, g), last)
-                last = 2 * last % 4 + bit
-                return bit
+                return q.bit_by_last_two("Joined", apart, far, expected.sharpness(h, g))
 
             for wedge in wedges(s, s.ring(V), joined):
                 twin = self.twin(s.point[wedge[0]])

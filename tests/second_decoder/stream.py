@@ -55,7 +55,7 @@ def one_file(container, d):
         fields = Fields(container.stream("CELL", batch))
         head = Fields(fields.section())
         records, _, _, size = (head.count() for _ in range(4))
-        begins = head.list(lambda: (head.count(), head.text(), head.u8()))
+        begins = {at: type_ for at, _, type_ in head.list(lambda: (head.count(), head.text(), head.u8()))}
         made = walk.batch(fields.take(size), fields.rest(), records, begins)
         came = [(len(cells) + i, *element) for i, element in enumerate(walk.came)]
         cells += made
@@ -68,7 +68,7 @@ def one_file(container, d):
                 places.update((p[0], in_type([rows[0][p[0]]], array)[0].astype("f8")) for p in walk.born)
         batch += 1
     mesh.values = [in_type([of[k] for k in range(len(of))], array) for array, of in zip(mesh.arrays, rows)]
-    blocks = ranges([n for _, _, n in walk.blocks])
+    blocks = ranges([n for _, n in walk.blocks])
     mesh.blocks = [cells[block.start : block.stop] for block in blocks]
     if d.order_apart & 1:
         beyond("another order than that of the file")(mesh, walk, blocks, container.stream("ordr"))

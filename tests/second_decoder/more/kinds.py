@@ -33,7 +33,7 @@ class AllCells(Cells):
             if self.ask(14, 2097152, 0, 0) and p.alive:
                 self.end_point(p)
 
-    def type_of(self, kind): return 7 if self.blocks[-1][1] == 7 and kind in (4, 5) else super().type_of(kind)
+    def type_of(self, kind): return 7 if self.blocks[-1][0] == 7 and kind in (4, 5) else super().type_of(kind)
     def anchor(self, kind): return super().anchor(kind) if SHAPES[kind].dimension else None
 
     # --- nodes behind the corners
