@@ -43,8 +43,6 @@ class Gates(AllCells):
             p.gates -= 1
         cell.gates.discard(f)
 
-    def pattern_by_flags(self): return None
-
     def record(self):
         if self.last_kind in GATED and self.waiting():
             self.ask.signature = 0

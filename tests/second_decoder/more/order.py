@@ -65,11 +65,10 @@ class Coder:
     def one_of(self, left): return sorted(left)[self.uniform(len(left))]
 
 class File:
-    """Cells as (shape, nodes) in the order of the file, block by block; what is around points."""
+    """Cells as (shape, nodes) in the order of the file; what is around points."""
 
-    def __init__(self, blocks, points):
-        self.cells, self.blocks = [cell for block in blocks for cell in block], ranges(list(map(len, blocks)))
-        self.uses = [[] for _ in range(points)]  # (cell, node)
+    def __init__(self, cells, blocks, points):
+        self.cells, self.blocks, self.uses = cells, blocks, [[] for _ in range(points)]  # uses: (cell, node)
         for c, (_, nodes) in enumerate(self.cells):
             for i, p in enumerate(nodes):
                 self.uses[p].append((c, i))
@@ -219,23 +218,18 @@ def plain(data, counts):
         lists.append(numbers)
     return lists
 
-def mesh_order(stream, blocks, points):
-    """Points, and cells by number over all blocks, in the order of the mesh."""
-    fields, file = Fields(stream), File(blocks, points)
-    flags, of_points, of_cells = fields.u8(), fields.section(), fields.rest()
-    if flags & 2:
-        order = plain(of_points, [points])[0]
-        lists = [range(len(b)) for b in blocks] if flags & 4 else plain(of_cells, [len(block) for block in blocks])
-        return order, [own[i] for own, places in zip(file.blocks, lists) for i in places]
-    order = points_in_order(Coder(of_points, flags & 1, file))
-    if flags & 4:
-        return order, list(range(len(file.cells)))
-    number = {p: i for i, p in enumerate(order)}
-    return order, CellOrder(Coder(of_cells, flags & 1, file), number).order
-
 def reorder_stream(mesh, walk, blocks, stream):
-    points, order = mesh_order(stream, [walk.kept[b.start : b.stop] for b in blocks], len(mesh.values[0]))
-    number, cells = {p: i for i, p in enumerate(points)}, mesh.cells()
+    """Puts points, and cells block by block, in the order of the mesh."""
+    fields, n, cells = Fields(stream), len(mesh.values[0]), mesh.cells()
+    flags, of_points, of_cells = fields.u8(), fields.section(), fields.rest()
+    file = File(walk.kept, blocks, n)
+    points = plain(of_points, [n])[0] if flags & 2 else points_in_order(Coder(of_points, flags & 1, file))
+    number, order = {p: i for i, p in enumerate(points)}, range(len(cells))
+    if flags & 6 == 2:
+        places = plain(of_cells, [len(block) for block in blocks])
+        order = [block[i] for block, own in zip(blocks, places) for i in own]
+    elif not flags & 4:
+        order = CellOrder(Coder(of_cells, flags & 1, file), number).order
     cells = [(cells[c][0], [number[p] for p in cells[c][1]]) for c in order]
     mesh.values = [v[points if a.domain == POINTS else order] for a, v in zip(mesh.arrays, mesh.values)]
-    mesh.blocks = [cells[b.start : b.stop] for b in blocks]
+    mesh.blocks = [cells[block.start : block.stop] for block in blocks]
