@@ -242,13 +242,17 @@ class Cells:
 
     def cell_by_pattern(self, id_, known, glued):
         kind, _, faces, ends = self.patterns[id_]
-        own, signature, sources = id_, self.signatures[id_], self.sources().values()
+        nearer, sources = None, self.sources().values()
         self.last_kind = kind
         if any(what == "found" and glued[f][0] in sources for f, what in enumerate(faces)):
-            own = self.pattern_id(self.make_pattern(kind, known, glued, ends), signature) or id_
+            nearer = self.make_pattern(kind, known, glued, ends)
+        before = self.last.signature if self.last else 0
         cell = self.come(kind, known, glued)
-        cell.pattern, cell.signature = own, signature
-        self.end_points(self.points_that_end(cell, ends, [], 0))
+        self.ask.signature = self.signatures[id_]
+        ending = self.points_that_end(cell, ends, [], before)
+        cell.signature = self.ask.signature
+        cell.pattern = self.pattern_id(nearer, cell.signature) or id_
+        self.end_points(ending)
 
     def make_pattern(self, kind, known, glued, ends=0):
         """Of corners (None: new) and glued faces, before the cell has come."""

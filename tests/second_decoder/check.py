@@ -118,6 +118,14 @@ def all_types(checks):
         checks.mesh("types", path, f"--mode stream {options}")
 
 
+def quadratic(checks):
+    """Nodes behind corners of cells by patterns, with mixed decisions (16.6): once the text did not say enough of them."""
+    path = os.path.join(checks.folder, "quadratic.vtu")
+    for seed, options in enumerate(("-1", "-5", "-5 --any-order", "-9")):
+        meshes.quadratic(np.random.default_rng(seed), path)
+        checks.mesh("quadratic", path, f"--mode stream {options}")
+
+
 def levels(checks):
     """Coarser levels of mode random: the triangles of their charts."""
     path, out = os.path.join(checks.folder, "levels.vtu"), os.path.join(checks.folder, "levels.maille")
@@ -153,6 +161,7 @@ def main():
             real(checks, data)
             levels(checks)
             all_types(checks)
+            quadratic(checks)
             for seed in FOUND:
                 random(checks, seed, 1)
             for seed in FOUND_VOLUMES:

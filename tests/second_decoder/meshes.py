@@ -197,6 +197,28 @@ def all_types(rng, path, sizes):
     write_vtu(path, rng.normal(size=(ends[-1], 3)).astype("f4"), 2 * cells)
 
 
+def quadratic(rng, path):
+    """Tetrahedra of a row of cubes, with nodes in the middle of edges, which neighbours share; one cube in four is none."""
+    node_of, points = {}, []
+
+    def node(place):
+        if node_of.setdefault(place, len(points)) == len(points):
+            points.append(place)
+        return node_of[place]
+
+    def tetrahedron(*corners):
+        edges = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
+        places = list(corners) + [tuple((a + b) / 2 for a, b in zip(corners[i], corners[j])) for i, j in edges]
+        return 24, [node(place) for place in places]
+
+    cells = []
+    for a, b in np.ndindex(6, 3):
+        x = [(a + i, b + j, l) for l in (0, 1) for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))]
+        if rng.integers(4):
+            cells += [tetrahedron(x[0], x[i], x[j], x[6]) for i, j in ((1, 2), (2, 3), (3, 7), (7, 4), (4, 5), (5, 1))]
+    write_vtu(path, np.array(points, "f4"), cells)
+
+
 def volume(rng, path):
     """Hexahedra, wedges and quads, or tetrahedra of a block, in the order of a grid or in none."""
     n, m, k = (int(x) for x in rng.integers(2, 7, 3))
