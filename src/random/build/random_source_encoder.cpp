@@ -148,7 +148,7 @@ class SourceEncoder {
     // More than twice as many as there are threads would only wait, and nothing be heard meanwhile.
     size_t wave = 2;
     for (size_t begin = 0, here = 0; begin < count; begin += here) {
-      here = std::min<size_t>({at_once_, wave, count - begin});
+      here = static_cast<size_t>(std::min<uint64_t>({at_once_, wave, count - begin}));
       if (options_.progress &&
           !options_.progress({stage, static_cast<double>(begin) / static_cast<double>(count)}))
         return cancelled();
