@@ -48,6 +48,8 @@ void complain(std::string_view sentence) {
 
 std::string sentence_of(const Error& error) {
   const auto has = [&](const char* text) { return error.message.find(text) != std::string::npos; };
+  if (error.code == ErrorCode::memory_bound && has("allowed"))
+    return error.message + "; `-M SIZE` allows more";
   // What was no .maille file at all, and what salvaging found out, need no such advice.
   if (error.code != ErrorCode::corrupt || has("not a .maille file") || has("salvaged")) return error.message;
   return error.message + "; `maille decompress --salvage` writes what is whole";
