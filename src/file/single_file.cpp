@@ -189,7 +189,7 @@ void add_memory(PatchesMemory& memory, const FileReader& reader, const Descripti
   const PatchSizes sizes = sizes_of_patch(reader, number, patch.arrays.size());
   double bytes = static_cast<double>(sizes.topology);
   for (const uint64_t array : sizes.arrays) bytes += static_cast<double>(array);
-  memory.add_patch(memory_of(patch) + bytes, working_memory(patch, is_of_front(reader, number)));
+  memory.add_patch(patch, bytes, is_of_front(reader, number));
 }
 
 /// How many patches may be decoded at once. Error: memory_bound.
@@ -203,6 +203,7 @@ Result<size_t> patches_at_once(const FileReader& reader, const Description& desc
       of_part.take_sizes(description.parts[part]);
       add_memory(memory, reader, of_part, part);
     }
+    memory.add_shared_points(description.points);
     memory.add_after(joining_memory(description));
   }
   if (description.order == Order::keep) memory.add_after(ordering_memory(description));

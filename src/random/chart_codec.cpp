@@ -176,10 +176,7 @@ Result<OpenChart> open_chart(const ChartSet& set, Bytes bytes) {
 
 Result<> add_claimed_memory(const ChartSet& set, Bytes bytes, PatchesMemory& memory) {
   const OpenChart chart = MAILLE_TRY(open_chart(set, bytes));
-  // A chart has all blocks of the mesh, empty ones too.
-  const double blocks = static_cast<double>(chart.description.blocks.size()) * sizeof(CellBlock);
-  memory.add_patch(memory_of(chart.description) + blocks + static_cast<double>(bytes.size()),
-                   working_memory(chart.description, is_of_front(chart.streams, 1)));
+  memory.add_patch(chart.description, static_cast<double>(bytes.size()), is_of_front(chart.streams, 1));
   return {};
 }
 

@@ -28,8 +28,12 @@ struct PatchesMemory {
   double meshes = 0;   ///< of all patches, with the bytes they are decoded from
   double working = 0;  ///< the most that one takes besides
   double after = 0;    ///< what joining and ordering take besides the meshes
+  double points = 0;   ///< of all patches, shared ones once for each patch that has them
 
-  void add_patch(double mesh, double working_of_patch);
+  /// `bytes`: from which it is decoded.
+  void add_patch(const Description& patch, double bytes, bool front);
+  /// Where patches have more points together than the whole, lists say which of them are the same.
+  void add_shared_points(double points_of_whole);
   void add_after(double bytes);
   /// How many patches may be decoded at once; one at least. Error: memory_bound.
   Result<size_t> at_once(const Limits& limits) const;

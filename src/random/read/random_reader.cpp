@@ -357,6 +357,8 @@ Result<size_t> RandomReader::charts_at_once(const std::vector<ChartPlace>& place
     // Those that claim what makes no sense are told by decode().
     if (bytes[i]) (void)add_claimed_memory(set_of(places[i]), *bytes[i], memory);
   }
+  // Of charts in a region more may be shared than this says, but they are few.
+  if (use == ChartUse::join) memory.add_shared_points(description_.points);
   if (use == ChartUse::join) memory.add_after(std::min(joining_memory(description_), memory.meshes));
   // join_levels() has rows of all points, and then the mesh.
   if (use == ChartUse::show && places.size() > 1) memory.add_after(2 * memory.meshes);

@@ -446,6 +446,14 @@ Result<DecodedPiece> PieceReader::read(uint32_t number, bool numbered, uint64_t 
 
 namespace {
 
+/// With what joining takes for its shared points: a list of places that is sorted.
+uint64_t memory_of_piece(const DecodedPiece& piece) {
+  constexpr uint64_t bytes_per_shared = 48, bytes_per_number = 8;
+  return size_in_memory(piece.mesh) + piece.mesh.blocks.size() * sizeof(CellBlock) +
+         piece.shared.size() * bytes_per_shared +
+         (piece.numbers.cells.size() + piece.numbers.points.size()) * bytes_per_number;
+}
+
 Result<DecodedPiece> read_and_cut(const PieceReader& reader, std::span<const uint32_t> pieces, size_t i,
                                   bool numbered, uint64_t allowed, const CutPiece& cut) {
   DecodedPiece piece = MAILLE_TRY(reader.read(pieces[i], numbered, allowed));
@@ -472,7 +480,7 @@ Result<> read_pieces(const PieceReader& reader, std::span<const uint32_t> pieces
     for (size_t i = 0; i < found.size(); ++i) {
       // One that needs more than its share may have all that is left: no other one is decoded beside it.
       if (is_too_large(found[i])) found[i] = read_and_cut(reader, pieces, first + i, numbered, left, cut);
-      const uint64_t bytes = found[i] ? size_in_memory(found[i]->mesh) : 0;
+      const uint64_t bytes = found[i] ? memory_of_piece(*found[i]) : 0;
       if (is_too_large(found[i]) || bytes > left) {
         return failure(ErrorCode::memory_bound,
                        reader.name() + ": the mesh, in pieces and as a whole, takes more than the " +

@@ -60,7 +60,8 @@ class MeshCollector {
       const auto& bytes = points ? portion.point_arrays[of_points++] : portion.cell_arrays[of_cells++];
       if (wanted_[k]) append(arrays_[k], bytes);
     }
-    if (size_ + numbers_.size() * sizeof(uint64_t) + besides > options_.limits.mesh_bytes) {
+    // Numbers twice: they are sorted to find the order of the mesh.
+    if (size_ + 2 * numbers_.size() * sizeof(uint64_t) + besides > options_.limits.mesh_bytes) {
       return failure(ErrorCode::memory_bound,
                      name + ": the mesh, and what decoding it needs, take more than the " +
                          std::to_string(options_.limits.mesh_bytes >> 20) + " MiB allowed");
@@ -148,6 +149,7 @@ class MeshCollector {
     size_ += bytes.size();
   }
   void begin_block(const StreamPortion::Block& start) {
+    size_ += sizeof(CellBlock);
     CellBlock& block = mesh_.blocks.emplace_back();
     block.name = start.name;
     block.type = start.type;
