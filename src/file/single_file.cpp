@@ -196,8 +196,9 @@ void add_memory(PatchesMemory& memory, const FileReader& reader, const Descripti
 Result<size_t> patches_at_once(const FileReader& reader, const Description& description,
                                const Limits& limits) {
   PatchesMemory memory;
-  if (description.parts.empty()) add_memory(memory, reader, description, 0);
-  if (!description.parts.empty()) {
+  if (description.parts.empty()) {
+    add_memory(memory, reader, description, 0);
+  } else {
     Description of_part = description.of_first_part();
     for (uint32_t part = 0; part < description.parts.size(); ++part) {
       of_part.take_sizes(description.parts[part]);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <string>
 
+#include "surface/parts/shared_points.h"
+
 namespace maille {
 namespace {
 
@@ -17,10 +19,7 @@ constexpr double front_bytes_per_point = 560;
 constexpr double bytes_per_block = 800;
 // A number of an array is there as its bits, and as codes of up to 8 bytes, before it is in the mesh.
 constexpr double bytes_per_number = 8;
-constexpr double bytes_per_twin = 8;  // by corner
-// A point in a list of those that a patch shares: its number and copy, its place, and where it is sorted to.
-// Fitted as above to cells over points anywhere in parts of 2,000.
-constexpr double bytes_per_shared = 48;
+constexpr double bytes_per_twin = 8;    // by corner
 constexpr double bytes_per_place = 24;  // of points and cells in an order that is kept
 
 double numbers_of(const Description& description, const ArrayDescription& array) {
@@ -65,7 +64,7 @@ void PatchesMemory::add_patch(const Description& patch, double bytes, bool front
 
 // A point that k patches have is there k - 1 times too often, and in k lists, which are 2 (k - 1) at most.
 void PatchesMemory::add_shared_points(double points_of_whole) {
-  meshes += bytes_per_shared * 2 * std::max(points - points_of_whole, 0.0);
+  meshes += bytes_to_join * 2 * std::max(points - points_of_whole, 0.0);
 }
 
 void PatchesMemory::add_after(double bytes) {

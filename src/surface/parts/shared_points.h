@@ -15,6 +15,10 @@ namespace maille {
 /// Pieces of a mesh that are coded by themselves, parts or charts of level 0, have points in common. Such
 /// points have the same position, bit for bit, in all of them. docs/format.md, 15.1.
 
+/// What joining takes for a point in a list of those that a patch or piece shares: its number and copy, its
+/// place, and where it is sorted to. Fitted to cells over points anywhere in parts of 2,000 (maille_scaling).
+inline constexpr uint64_t bytes_to_join = 48;
+
 /// A point that several pieces have. Those of one position are told apart by the number of the copy, nearly
 /// always 0.
 struct SharedPoint {

@@ -448,9 +448,9 @@ namespace {
 
 /// With what joining takes for its shared points: a list of places that is sorted.
 uint64_t memory_of_piece(const DecodedPiece& piece) {
-  constexpr uint64_t bytes_per_shared = 48, bytes_per_number = 8;
+  constexpr uint64_t bytes_per_number = 8;
   return size_in_memory(piece.mesh) + piece.mesh.blocks.size() * sizeof(CellBlock) +
-         piece.shared.size() * bytes_per_shared +
+         piece.shared.size() * bytes_to_join +
          (piece.numbers.cells.size() + piece.numbers.points.size()) * bytes_per_number;
 }
 

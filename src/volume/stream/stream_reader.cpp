@@ -25,6 +25,7 @@ struct Block {
   StreamPortion portion;
   std::vector<NodeRun> runs;  ///< not yet in the portion
   uint32_t cell_slots = 0;    ///< so far
+  uint64_t bytes = 0;         ///< counted of the most it held, as its vectors only ever grow
 };
 
 /// Empties a portion but for `connectivity` and `slots`, which are written over and cut off behind the last
@@ -85,10 +86,7 @@ class StreamReader::Implementation {
   Result<> take_memory(uint64_t& held, uint64_t wanted);
   tl::unexpected<Error> too_little_memory() const;
   uint64_t memory_of_block(const Block& block) const;
-  uint64_t& bytes_of(const Block& block) {
-    return block_bytes_[static_cast<size_t>(&block - blocks_.data())];
-  }
-  Result<> take_block(const Block& block, uint64_t cells);
+  Result<> take_block(Block& block, uint64_t cells);
   Result<> prepare_values(Block& block);
   Result<> decode_values(const Block& block, size_t stage);
   size_t add_nodes(StreamPortion& portion, size_t count);
@@ -129,7 +127,6 @@ class StreamReader::Implementation {
   /// each of them takes is known to the task that works on it; the sum is what is held against the limit.
   std::atomic<uint64_t> bytes_ = 0;
   uint64_t model_bytes_ = 0, cell_bytes_ = 0, portion_bytes_ = 0;
-  std::array<uint64_t, 2> block_bytes_{};  ///< of `blocks_`, whose vectors only ever grow
   std::vector<uint64_t> chain_bytes_;
   uint64_t batches_ = 0;
   uint64_t cells_seen_ = 0, points_seen_ = 0;
@@ -298,10 +295,9 @@ uint64_t StreamReader::Implementation::memory_of_block(const Block& block) const
 
 /// Counts what the decoder of cells keeps with `cells` more of up to eight corners, and the block so far; the
 /// next cell may have as many corners as there is memory for.
-Result<> StreamReader::Implementation::take_block(const Block& block, uint64_t cells) {
+Result<> StreamReader::Implementation::take_block(Block& block, uint64_t cells) {
   MAILLE_CHECK(take_memory(cell_bytes_, coder_->bytes(cells)));
-  uint64_t& held = bytes_of(block);
-  MAILLE_CHECK(take_memory(held, std::max(held, memory_of_block(block))));
+  MAILLE_CHECK(take_memory(block.bytes, std::max(block.bytes, memory_of_block(block))));
   const uint64_t left = options_.limits.mesh_bytes - std::min<uint64_t>(bytes_, options_.limits.mesh_bytes);
   coder_->allow_corners((left + block_grain) / (bytes_per_new_point + bytes_per_new_corner));
   return {};
@@ -474,7 +470,7 @@ Result<> StreamReader::Implementation::decode_cells(Block& block) {
       return coder_->is_beyond() ? too_little_memory() : damaged("the cells are damaged");
     }
     if (block.cells.size() > cells) MAILLE_CHECK(append_cell(cell_, block));
-    if (memory_of_block(block) >= bytes_of(block) + block_grain) MAILLE_CHECK(take_block(block, count - i));
+    if (memory_of_block(block) >= block.bytes + block_grain) MAILLE_CHECK(take_block(block, count - i));
     --records_left_;
   }
   // Blocks that begin behind the last record of the batch, empty ones.
