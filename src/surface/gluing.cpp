@@ -146,7 +146,7 @@ class GluingWalk {
     if (crowd_of_.empty()) return;
     uint32_t e = h;
     do {
-      if (crowd_of_[e] != none) crowds_[crowd_of_[e]].visited[runs_forward(e)].push_back(e);
+      if (crowd_of_[e] != none) crowds_[crowd_of_[e]].visited[runs_forward(e)].add(e);
       e = surface_.next(e);
     } while (e != h);
   }
@@ -193,10 +193,15 @@ class GluingWalk {
 
   /// Half-edges of an edge with many faces, by the three rules in turn, so that none is looked at twice.
   struct Crowd {
-    std::span<const uint32_t> all;                 ///< in the order of their numbers
-    std::array<size_t, 2> next_unvisited = {};     ///< in `all`, by direction; none before it is unvisited
-    std::array<std::vector<uint32_t>, 2> visited;  ///< by direction once oriented, in the order of visits
-    std::array<size_t, 2> next_visited = {};
+    /// Half-edges of one direction once oriented, in the order of visits: from `next` on, before `end`.
+    struct Visited {
+      uint32_t* next = nullptr;
+      uint32_t* end = nullptr;
+      void add(uint32_t h) { *end++ = h; }
+    };
+    std::span<const uint32_t> all;              ///< in the order of their numbers
+    std::array<size_t, 2> next_unvisited = {};  ///< in `all`, by direction; none before it is unvisited
+    std::array<Visited, 2> visited = {};        ///< by direction
   };
   // Edges of more half-edges are crowds, with lists of their own: without these 20,000 triangles on one edge
   // took 10 s, with them 0.13 s (90b0035). The bound between both was not swept.
@@ -213,19 +218,27 @@ class GluingWalk {
         if (other.low != edge.low || other.high != edge.high) break;
       }
       if (end - i <= few) continue;
-      crowd_of_.resize(surface_.size(), none);
+      if (crowd_of_.empty()) {
+        crowd_of_.resize(surface_.size(), none);
+        // Each half-edge of a crowd is visited once, in one direction or the other.
+        visited_.resize(2 * table.size());
+      }
       for (size_t k = i; k < end; ++k) crowd_of_[table[k]] = static_cast<uint32_t>(crowds_.size());
-      crowds_.emplace_back().all = table.subspan(i, end - i);
+      Crowd& crowd = crowds_.emplace_back();
+      crowd.all = table.subspan(i, end - i);
+      for (size_t direction = 0; direction < 2; ++direction) {
+        uint32_t* const place = visited_.data() + direction * table.size() + i;
+        crowd.visited[direction] = {place, place};
+      }
     }
   }
 
   uint32_t best_of_crowd(Crowd& crowd, uint32_t h) {
     chosen_ = true;
     const bool forward = runs_forward(h);
-    const std::vector<uint32_t>& visited = crowd.visited[!forward];
-    size_t& next = crowd.next_visited[!forward];
-    while (next < visited.size() && surface_.opposite[visited[next]] != none) ++next;
-    if (next < visited.size()) return visited[next];
+    Crowd::Visited& visited = crowd.visited[!forward];
+    while (visited.next != visited.end && surface_.opposite[*visited.next] != none) ++visited.next;
+    if (visited.next != visited.end) return *visited.next;
     // Those that need not be flipped first; each pointer only moves on, so all visits of a crowd are linear
     // together.
     for (const bool direction : {!forward, forward}) {
@@ -248,6 +261,7 @@ class GluingWalk {
   std::vector<uint32_t> face_of_;
   std::vector<Crowd> crowds_;
   std::vector<uint32_t> crowd_of_;  // by half-edge; empty where there is no crowd
+  std::vector<uint32_t> visited_;   // of all crowds, by direction
   std::vector<uint32_t> queue_;     // half-edges by which faces were reached
   size_t next_ = 0;
   bool chosen_ = false;
@@ -303,10 +317,11 @@ void close_borders(HalfEdges& surface, uint32_t point_count) {
     }
     return t;
   };
+  std::vector<uint32_t> loop;
   for (uint32_t start = 0; start < real; ++start) {
     if (surface.opposite[start] != none) continue;
     // The loop first: gluing its triangles changes what next_on_border() sees.
-    std::vector<uint32_t> loop;
+    loop.clear();
     for (uint32_t b = start; loop.empty() || b != start; b = next_on_border(surface, b)) loop.push_back(b);
     uint32_t before = none;
     const uint32_t first = surface.size();

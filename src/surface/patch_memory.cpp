@@ -8,13 +8,13 @@
 namespace maille {
 namespace {
 
-// Fitted to the peaks of 50 odd meshes (maille_scaling) of 51,200 and 204,800 elements at efforts 1, 5 and 9,
+// Fitted to the peaks of 50 odd meshes (maille_scaling) of 51,200 to 204,800 elements at efforts 1, 5 and 9,
 // and of the shared meshes at efforts 1 to 9: the least sums for usual triangles and quads that bound all of
 // them with 8 MiB more. Usual meshes take a third to a half: fans without neighbours, whose points are as
 // many as their corners, take most.
 constexpr double fan_bytes_per_point = 97, fan_bytes_per_cell = 40, fan_bytes_per_corner = 1;
 // Borders are closed by triangles: three half-edges for a corner that has no neighbour (14.1).
-constexpr double front_bytes_per_point = 560;
+constexpr double front_bytes_per_point = 640;
 // Names, shapes and lists of a block.
 constexpr double bytes_per_block = 800;
 // A number of an array is there as its bits, and as codes of up to 8 bytes, before it is in the mesh.

@@ -258,6 +258,9 @@ PieceOfPoints piece_of_points(const Array& positions, std::span<const SharedPoin
 
 JoinedPoints join_points(std::span<const PieceOfPoints> pieces) {
   std::vector<Member> members;
+  size_t count = 0;
+  for (const PieceOfPoints& piece : pieces) count += piece.shared.size();
+  members.reserve(count);  // of the largest there is, and grown it would be there three times
   for (uint32_t p = 0; p < pieces.size(); ++p) {
     for (size_t i = 0; i < pieces[p].shared.size(); ++i) {
       const SharedPoint& shared = pieces[p].shared[i];
