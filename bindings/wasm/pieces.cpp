@@ -52,7 +52,8 @@ void list_piece(Reader& reader, const OpenPieces& pieces) {
 MAILLE_EXPORT int32_t maille_steps(Reader* reader) {
   std::vector<StreamStep> steps;
   // From a server all of the file is too much to look through.
-  if (const int32_t outcome = reader->keep(list_steps(reader->bytes, false), steps); outcome != done)
+  if (const int32_t outcome = reader->keep(list_steps(reader->bytes, false, reader->options().limits), steps);
+      outcome != done)
     return outcome;
   reader->numbers.clear();
   for (const StreamStep& step : steps) reader->numbers.push_back(step.time);

@@ -295,7 +295,9 @@ MAILLE_EXPORT void maille_labels(Reader* reader, uint32_t buffer) {
 MAILLE_EXPORT int32_t maille_metadata(Reader* reader) {
   if (charts_alone) return not_in_charts;
   FileInfo info;
-  if (const int32_t outcome = reader->keep(inspect(reader->bytes), info); outcome != done) return outcome;
+  if (const int32_t outcome = reader->keep(inspect(reader->bytes, reader->options().limits), info);
+      outcome != done)
+    return outcome;
   reader->message.clear();
   for (const auto& [key, value] : info.metadata) {
     reader->message.append(key) += '\0';

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <maille/encode.h>
+#include <maille/limits.h>
 #include <maille/mesh.h>
 #include <maille/source.h>
 #include <cstdint>
@@ -88,8 +89,9 @@ struct FileInfo {
 /// Whether the source begins as .maille files do. False also where it cannot be read.
 [[nodiscard]] bool is_maille(const Source& source);
 
-/// Reads header, index and description; decodes no values. Errors as decode().
-[[nodiscard]] Result<FileInfo> inspect(const Source& source);
+/// Reads header, index and description; decodes no values. `limits`: what names, labels and metadata may
+/// take. Errors as decode().
+[[nodiscard]] Result<FileInfo> inspect(const Source& source, const Limits& limits = {});
 
 /// A time of a file: that of a step, 0 for what the mesh came with.
 struct FileTime {

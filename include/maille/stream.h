@@ -187,9 +187,11 @@ struct StepReport {
 /// usage (there is no step), unsupported (of a file by another program), cannot_read, corrupt, write_failed.
 [[nodiscard]] Result<StepReport> remove_last_step(const std::string& path);
 /// The steps behind a mesh, beginning with step 1; empty for other modes. `search`: if the end of a large
-/// file is damaged, the whole file is searched; otherwise that is an error. Errors: cannot_read; corrupt,
-/// also if anything else of the file is missing, since it may be a step.
-[[nodiscard]] Result<std::vector<StreamStep>> list_steps(const Source& source, bool search = true);
+/// file is damaged, the whole file is searched; otherwise that is an error. `limits`: what their names and
+/// metadata may take. Errors: cannot_read; memory_bound; corrupt, also if anything else of the file is
+/// missing, since it may be a step.
+[[nodiscard]] Result<std::vector<StreamStep>> list_steps(const Source& source, bool search = true,
+                                                         const Limits& limits = {});
 
 /// Some thousand cells, and the points that appear with them.
 ///

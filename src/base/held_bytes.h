@@ -6,17 +6,17 @@
 
 namespace maille {
 
-/// What a vector takes. Room that it has but never used is memory that nothing touched, and does not count.
+/// What a vector takes, with the room that it has not used yet.
 template <class T, class Allocator>
 uint64_t bytes_held(const std::vector<T, Allocator>& vector) {
-  return uint64_t{vector.size()} * sizeof(T);
+  return uint64_t{vector.capacity()} * sizeof(T);
 }
-/// What it takes while it comes to have `size` elements: where it has no room for them, the old ones are
-/// there twice.
+/// What it takes while it comes to have `size` elements: where it has no room for them it takes twice as
+/// much, and while they move the old room is there, too.
 template <class T, class Allocator>
 uint64_t bytes_to_hold(const std::vector<T, Allocator>& vector, uint64_t size) {
-  const uint64_t moved = size <= vector.capacity() ? 0 : vector.size();
-  return (std::max<uint64_t>(vector.size(), size) + moved) * sizeof(T);
+  if (size <= vector.capacity()) return bytes_held(vector);
+  return (vector.capacity() + std::max<uint64_t>(2 * uint64_t{vector.size()}, size)) * sizeof(T);
 }
 
 }  // namespace maille

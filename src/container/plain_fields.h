@@ -1,5 +1,8 @@
 #pragma once
 
+#include <maille/limits.h>
+
+#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -49,9 +52,19 @@ class PlainWriter {
   ByteWriter out_;
 };
 
+/// What the descriptions of a file may take in memory, in bytes: 4 MiB besides the limit, so that small
+/// limits still open small files.
+inline uint64_t plain_memory(const Limits& limits) {
+  constexpr uint64_t besides = uint64_t{4} << 20;
+  return limits.mesh_bytes + std::min(besides, ~limits.mesh_bytes);
+}
+
+/// Reads what a PlainWriter wrote; safe on any bytes. A few packed bytes can stand for millions of empty
+/// texts, so what lists and texts take in memory is counted, and reading ends before it is more than allowed.
 class PlainReader {
  public:
-  explicit PlainReader(Bytes bytes) : in_(bytes) {}
+  /// `most_memory`: what all that is read may take, in bytes.
+  PlainReader(Bytes bytes, uint64_t most_memory) : in_(bytes), most_memory_(most_memory) {}
   void byte(uint8_t& value, unsigned count) {
     value = in_.get<uint8_t>();
     demand(value < count);
@@ -74,28 +87,56 @@ class PlainReader {
     value = in_.get<Number>();
   }
   void flag(bool& value) { value = in_.get<uint8_t>() != 0; }
-  void text(std::string& value) { value = in_.get_string(); }
+  void text(std::string& value) {
+    value = in_.get_string();
+    // Shorter ones need no memory of their own.
+    if (value.size() > std::string().capacity()) take(value.size() + 1);
+  }
   template <class Storage>
   void bytes(Storage& value) {
     const Bytes found = in_.get_bytes(in_.get_count());
-    value.assign(found.begin(), found.end());
+    take(found.size());
+    if (!is_over_) value.assign(found.begin(), found.end());
   }
   template <class Item, class Each>
   void list(std::vector<Item>& items, Each each) {
     // Every item takes a byte or more, so the list ends with the bytes at the latest.
-    for (uint64_t left = in_.get_count(); left > 0 && ok(); --left) each(items.emplace_back());
+    for (uint64_t left = in_.get_count(); left > 0 && ok(); --left) {
+      if (items.size() == items.capacity() && !make_room(items)) return;
+      each(items.emplace_back());
+    }
   }
-  bool ok() const { return sensible_ && in_.ok(); }
+  bool ok() const { return sensible_ && !is_over_ && in_.ok(); }
+  /// Whether more memory would have been needed than is allowed.
+  bool is_over() const { return is_over_; }
+  /// What has been read takes so many bytes, besides the objects that were handed over.
+  uint64_t memory() const { return memory_; }
   size_t remaining() const { return in_.remaining(); }
   bool at_end() const { return remaining() == 0; }
 
  protected:
   void demand(bool sensible) { sensible_ = sensible_ && sensible; }
+  void take(uint64_t bytes) {
+    memory_ += bytes;
+    is_over_ = is_over_ || memory_ > most_memory_;
+  }
   ByteReader& in() { return in_; }
 
  private:
+  /// Twice the room for a list; while it moves, the old one is there, too.
+  template <class Item>
+  bool make_room(std::vector<Item>& items) {
+    const uint64_t before = items.capacity(), room = before == 0 ? 1 : 2 * before;
+    is_over_ = is_over_ || memory_ + room * sizeof(Item) > most_memory_;
+    if (is_over_) return false;
+    items.reserve(room);
+    memory_ += (room - before) * sizeof(Item);
+    return true;
+  }
+
   ByteReader in_;
-  bool sensible_ = true;
+  uint64_t most_memory_, memory_ = 0;
+  bool sensible_ = true, is_over_ = false;
 };
 
 }  // namespace maille

@@ -279,6 +279,7 @@ Description Description::of_first_part() const {
   description.arrays = arrays;
   description.metadata = metadata;
   description.provenance = provenance;
+  description.memory = memory;
   description.take_sizes(parts[0]);
   return description;
 }
@@ -310,19 +311,19 @@ Result<std::vector<std::byte>> encode_description(const Description& description
 Result<Description> decode_description(Bytes bytes, const Limits& limits) {
   ByteReader in(bytes);
   const uint64_t size = in.get_count();
-  // A few bytes can stand for thousands of labels, and each takes up to 64 bytes in memory: so 64 times the
-  // plain size must be allowed, with 4 MiB for all files. Divided by 1024, as a claimed size times 64 might
-  // wrap around.
-  if (size > most_plain_bytes || size / 1024 > limits.mesh_bytes / 65536 + 64) {
+  const auto too_large = [] {
     return failure(ErrorCode::memory_bound, "names, labels and metadata take more memory than allowed");
-  }
+  };
+  if (size > std::min(most_plain_bytes, plain_memory(limits))) return too_large();
   const Bytes coded = in.get_bytes(in.remaining());
   // As many bytes as there should be are these themselves.
   const std::vector<std::byte> plain =
       coded.size() == size ? std::vector(coded.begin(), coded.end()) : decode_bytes(coded, size);
   Description description;
-  PlainReader reader(plain);
+  PlainReader reader(plain, plain_memory(limits) - size);
   visit(reader, description);
+  if (reader.is_over()) return too_large();
+  description.memory = reader.memory();
   bool sensible = reader.ok() && reader.at_end() && plain.size() == size &&
                   description.positions.components == 3 && description.positions.domain == Domain::point &&
                   description.cells() < none && parts_fit(description) && twins_fit(description);

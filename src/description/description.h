@@ -71,6 +71,7 @@ struct Description {
   std::vector<ArrayDescription> arrays;
   std::vector<std::pair<std::string, std::string>> metadata;
   std::string provenance;
+  uint64_t memory = 0;  ///< what a decoded description takes, in bytes
 
   uint64_t cells() const;
   uint64_t tuples(const ArrayDescription& array) const;
@@ -89,8 +90,9 @@ double memory_of(const Description& description);
 /// The description as bytes. Error: unsupported, for more than 16 MiB of names, labels and metadata.
 Result<std::vector<std::byte>> encode_description(const Description& description);
 
-/// The inverse. Safe on any bytes. Errors: corrupt; memory_bound, when the mesh described is larger than
-/// `limits` allow. Nothing is allocated by a claimed count: names and lists grow as they are read.
+/// The inverse. Safe on any bytes. Errors: corrupt; memory_bound, when the mesh described, or the description
+/// itself, is larger than `limits` allow. Nothing is allocated by a claimed count: names and lists grow as
+/// they are read.
 Result<Description> decode_description(Bytes bytes, const Limits& limits);
 
 }  // namespace maille

@@ -221,10 +221,10 @@ TEST(Description, TextsHaveABound) {
   const auto bytes = encode_description(long_text);
   ASSERT_FALSE(bytes);
   EXPECT_EQ(bytes.error().code, ErrorCode::unsupported);
-  long_text.provenance.assign(300 << 10, 'x');
+  long_text.provenance.assign(3 << 20, 'x');
   const auto coded = encode(long_text);
   EXPECT_TRUE(decode_description(coded, {}));
-  // A small file can claim long texts: they count too.
+  // A small file can claim long texts: they count, too, but for 4 MiB.
   const auto decoded = decode_description(coded, {.mesh_bytes = 1 << 20});
   ASSERT_FALSE(decoded);
   EXPECT_EQ(decoded.error().code, ErrorCode::memory_bound);

@@ -174,11 +174,14 @@ Result<Salvaged> salvage(const Source& source, const DecodeOptions& asked) {
   return Salvaged{std::move(remains.mesh), std::move(damage)};
 }
 
-Result<FileInfo> inspect(const Source& source) {
+Result<FileInfo> inspect(const Source& source, const Limits& allowed) {
+  Limits limits = allowed;
+  limits.mesh_bytes /= 2;  // what is told is a copy
   const auto [mode, in_pieces] = MAILLE_TRY(kind_of_file(source));
-  if (mode == Mode::single) return inspect_single(source);
-  if (mode == Mode::stream) return in_pieces ? inspect_pieces(source) : inspect_stream(source);
-  return inspect_random(source);
+  if (mode == Mode::single) return inspect_single(source, limits);
+  if (mode == Mode::stream)
+    return in_pieces ? inspect_pieces(source, limits) : inspect_stream(source, limits);
+  return inspect_random(source, limits);
 }
 
 }  // namespace maille

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <string>
 
+#include "base/named_error.h"
 #include "base/result.h"
 #include "code/efforts.h"
 #include "container/file_reader.h"
@@ -171,15 +172,6 @@ Result<FileReader> open_file(const Source& source) {
   return reader;
 }
 
-/// Errors from inside a patch do not know the file they are about.
-Error with_name(Error error, const Source& source) {
-  const bool named = error.message.compare(0, source.name().size(), source.name()) == 0;
-  if (!named && (error.code == ErrorCode::corrupt || error.code == ErrorCode::memory_bound)) {
-    error.message = source.name() + ": " + error.message;
-  }
-  return error;
-}
-
 Result<Description> read_description(const FileReader& reader, const Limits& limits) {
   return decode_description(MAILLE_TRY(reader.read_stream(description_key)), limits);
 }
@@ -196,6 +188,7 @@ void add_memory(PatchesMemory& memory, const FileReader& reader, const Descripti
 Result<size_t> patches_at_once(const FileReader& reader, const Description& description,
                                const Limits& limits) {
   PatchesMemory memory;
+  memory.add_description(description, 2);  // the mesh has it, too
   if (description.parts.empty()) {
     add_memory(memory, reader, description, 0);
   } else {
@@ -288,23 +281,17 @@ Result<Remains> salvage_mesh(const FileReader& reader, const DecodeOptions& opti
 Result<Mesh> decode_single(const Source& source, const DecodeOptions& options) {
   const FileReader reader = MAILLE_TRY(open_file(source));
   MAILLE_CHECK(reader.check_complete());
-  Result<Mesh> mesh = decode_mesh(reader, options);
-  if (!mesh) return tl::unexpected(with_name(std::move(mesh).error(), source));
-  return mesh;
+  return with_name(decode_mesh(reader, options), source.name());
 }
 
 Result<Remains> salvage_single(const Source& source, const DecodeOptions& options) {
   const FileReader reader = MAILLE_TRY(open_file(source));
-  Result<Remains> remains = salvage_mesh(reader, options);
-  if (!remains) return tl::unexpected(with_name(std::move(remains).error(), source));
-  return remains;
+  return with_name(salvage_mesh(reader, options), source.name());
 }
 
-Result<FileInfo> inspect_single(const Source& source) {
+Result<FileInfo> inspect_single(const Source& source, const Limits& limits) {
   const FileReader reader = MAILLE_TRY(open_file(source));
-  auto described = decode_description(MAILLE_TRY(reader.read_stream(description_key)), {});
-  if (!described) return tl::unexpected(with_name(std::move(described).error(), source));
-  const Description& description = *described;
+  const Description description = MAILLE_TRY(with_name(read_description(reader, limits), source.name()));
   FileInfo info = file_info(description);
   info.format_major = reader.header().major;
   info.format_minor = reader.header().minor;

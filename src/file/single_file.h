@@ -14,6 +14,6 @@ Result<EncodeReport> encode_single(const Mesh& mesh, Sink& sink, const EncodeOpt
 Result<Mesh> decode_single(const Source& source, const DecodeOptions& options);
 /// What is left of a damaged one. Error: corrupt, if that is nothing.
 Result<Remains> salvage_single(const Source& source, const DecodeOptions& options);
-Result<FileInfo> inspect_single(const Source& source);
+Result<FileInfo> inspect_single(const Source& source, const Limits& limits);
 
 }  // namespace maille

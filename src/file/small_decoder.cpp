@@ -16,7 +16,7 @@ Result<Mesh> decode_stream(const Source&, const DecodeOptions&) {
 Result<Salvaged> salvage_stream(const Source&, const DecodeOptions&) {
   return left_out();
 }
-Result<FileInfo> inspect_stream(const Source&) {
+Result<FileInfo> inspect_stream(const Source&, const Limits&) {
   return left_out();
 }
 
@@ -26,7 +26,7 @@ Result<Mesh> decode_pieces(const Source&, const DecodeOptions&) {
 Result<Salvaged> salvage_pieces(const Source&, const DecodeOptions&) {
   return left_out();
 }
-Result<FileInfo> inspect_pieces(const Source&) {
+Result<FileInfo> inspect_pieces(const Source&, const Limits&) {
   return left_out();
 }
 

@@ -110,6 +110,7 @@ bool keep_freed_memory() {
 Description chart_description(const Description& file, uint32_t level) {
   Description chart;
   chart.effort = file.effort;
+  chart.memory = file.memory;
   chart.positions = file.positions;
   for (const ArrayDescription& array : file.arrays) {
     if (level > 0 && array.domain == Domain::mesh) continue;

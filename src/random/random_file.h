@@ -28,6 +28,6 @@ Result<EncodeReport> encode_random(MeshSource& mesh, Sink& sink, const EncodeOpt
 Result<Mesh> decode_random(const Source& source, const DecodeOptions& options);
 /// What is left of a damaged one: the charts whose checksums fit. Error: corrupt, if that is nothing.
 Result<Remains> salvage_random(const Source& source, const DecodeOptions& options);
-Result<FileInfo> inspect_random(const Source& source);
+Result<FileInfo> inspect_random(const Source& source, const Limits& limits);
 
 }  // namespace maille

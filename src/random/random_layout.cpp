@@ -80,10 +80,12 @@ std::vector<std::byte> encode_directory(const ChartDirectory& directory) {
   return writer.out().take();
 }
 
-Result<ChartDirectory> decode_directory(Bytes bytes) {
-  PlainReader reader(bytes);
+Result<ChartDirectory> decode_directory(Bytes bytes, const Limits& limits) {
+  PlainReader reader(bytes, plain_memory(limits));
   ChartDirectory directory;
   visit(reader, directory);
+  if (reader.is_over())
+    return failure(ErrorCode::memory_bound, "the directory of charts takes more memory than allowed");
   if (!reader.ok() || !reader.at_end() || !is_sensible(directory)) {
     return failure(ErrorCode::corrupt, "the directory of charts is damaged");
   }
@@ -97,7 +99,8 @@ std::vector<std::byte> encode_page_head(const PageHead& head) {
 }
 
 Result<ParsedPageHead> decode_page_head(Bytes page) {
-  PlainReader reader(page);
+  // A chart takes three bytes or more here, and 24 in memory.
+  PlainReader reader(page, 16 * page.size());
   ParsedPageHead parsed;
   visit_head(reader, parsed.head);
   if (!reader.ok()) return failure(ErrorCode::corrupt, "the head of a page of charts is damaged");

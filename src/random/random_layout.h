@@ -1,6 +1,7 @@
 #pragma once
 
 #include <maille/error.h>
+#include <maille/limits.h>
 #include <maille/source.h>
 
 #include <vector>
@@ -58,7 +59,7 @@ struct ChartDirectory {
 
 std::vector<std::byte> encode_directory(const ChartDirectory& directory);
 /// Inverse. Safe on any bytes. Error: corrupt.
-Result<ChartDirectory> decode_directory(Bytes bytes);
+Result<ChartDirectory> decode_directory(Bytes bytes, const Limits& limits);
 
 /// What stands before the charts of a page, so that an index that is lost can be made anew.
 struct PageHead {

@@ -55,10 +55,17 @@ double ordering_memory(const Description& whole) {
   return memory_of(whole) + bytes_per_place * elements;
 }
 
+void PatchesMemory::add_description(const Description& whole, unsigned copies) {
+  meshes += copies * static_cast<double>(whole.memory);
+}
+
+// A patch has a description of its own while it is decoded, and the names and labels of its arrays
+// afterwards.
 void PatchesMemory::add_patch(const Description& patch, double bytes, bool front) {
-  // A patch has all blocks of the mesh, empty ones, too.
-  meshes += memory_of(patch) + bytes + sizeof(CellBlock) * static_cast<double>(patch.blocks.size());
-  working = std::max(working, working_memory(patch, front));
+  const auto described = static_cast<double>(patch.memory);
+  meshes +=
+      memory_of(patch) + bytes + described + sizeof(CellBlock) * static_cast<double>(patch.blocks.size());
+  working = std::max(working, working_memory(patch, front) + described);
   points += patch.points;
 }
 

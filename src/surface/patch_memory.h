@@ -30,6 +30,8 @@ struct PatchesMemory {
   double after = 0;    ///< what joining and ordering take besides the meshes
   double points = 0;   ///< of all patches, shared ones once for each patch that has them
 
+  /// `copies` of what the whole mesh is described by.
+  void add_description(const Description& whole, unsigned copies);
   /// `bytes`: from which it is decoded.
   void add_patch(const Description& patch, double bytes, bool front);
   /// Where patches have more points together than the whole, lists say which of them are the same.

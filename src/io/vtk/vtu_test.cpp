@@ -170,8 +170,9 @@ TEST(VtuWriter, KeepsShortFieldDataInTheirTags) {
   EXPECT_THAT(fields, HasSubstr("Name=\"maille_block_names\""));
   EXPECT_THAT(fields, ::testing::Not(HasSubstr("appended")));
   for (const bool big_endian : {false, true}) {
-    const auto again =
-        read_text(vtu_format(), write_text(vtu_format(), mesh, {.big_endian = big_endian}).text);
+    WriteOptions options;
+    options.big_endian = big_endian;
+    const auto again = read_text(vtu_format(), write_text(vtu_format(), mesh, options).text);
     ASSERT_TRUE(again) << again.error().message;
     expect_same_mesh(again->mesh, mesh);
   }

@@ -117,8 +117,10 @@ Result<> find_errors(RandomReader& reader, FileInfo& info) {
 
 }  // namespace
 
-Result<FileInfo> inspect_random(const Source& source) {
-  RandomReader reader = MAILLE_TRY(RandomReader::open(source, {}));
+Result<FileInfo> inspect_random(const Source& source, const Limits& limits) {
+  DecodeOptions options;
+  options.limits = limits;
+  RandomReader reader = MAILLE_TRY(RandomReader::open(source, options));
   FileInfo errors;
   MAILLE_CHECK(find_errors(reader, errors));
   const ChartDirectory& directory = reader.directory();

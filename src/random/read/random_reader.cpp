@@ -123,7 +123,8 @@ Result<> RandomReader::read_by_key() {
   // Without a directory only the description is known.
   description_ = MAILLE_TRY(read_description(front.description, options_.limits));
   directory_ = {};
-  if (auto found = directory ? decode_directory(*directory) : Result<ChartDirectory>(); found)
+  if (auto found = directory ? decode_directory(*directory, options_.limits) : Result<ChartDirectory>();
+      found)
     directory_ = std::move(*found);
   MAILLE_CHECK(set_sets(front, true));
   return rebuild();
@@ -154,7 +155,7 @@ Result<> RandomReader::rebuild() {
 
 Result<> RandomReader::set_front(const Front& front) {
   description_ = MAILLE_TRY(read_description(front.description, options_.limits));
-  directory_ = MAILLE_TRY(decode_directory(front.directory));
+  directory_ = MAILLE_TRY(decode_directory(front.directory, options_.limits));
   if (directory_.finest.arrays.size() != description_.arrays.size() + 1)
     return failure(ErrorCode::corrupt, "the directory of charts is not that of these arrays");
   MAILLE_CHECK(set_sets(front, false));
@@ -353,6 +354,7 @@ bool RandomReader::is_intact(const ChartPlace& place, Bytes bytes) const {
 Result<size_t> RandomReader::charts_at_once(const std::vector<ChartPlace>& places,
                                             const std::vector<ChartBytes>& bytes, ChartUse use) const {
   PatchesMemory memory;
+  memory.add_description(description_, 4);  // both sets of charts and the mesh have it, too
   for (size_t i = 0; i < places.size(); ++i) {
     // Those that claim what makes no sense are told by decode().
     if (bytes[i]) (void)add_claimed_memory(set_of(places[i]), *bytes[i], memory);

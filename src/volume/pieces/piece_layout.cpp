@@ -60,18 +60,24 @@ std::vector<std::byte> encode_page(const std::vector<Record>& records, Visit vis
 /// Limits come before anything is decoded: 16 MiB a page, 4,096 records. Nothing is reserved for lists; they
 /// grow as their bytes are read.
 template <class Record, class Visit>
-Result<std::vector<Record>> decode_page(Bytes bytes, Visit visit) {
+Result<IndexPage<Record>> decode_page(Bytes bytes, uint64_t most_memory, Visit visit) {
   constexpr const char* damaged = "the index of pieces is damaged";
   ByteReader in(bytes);
   const uint64_t size = in.get_count();
   if (!in.ok() || size > most_plain_bytes) return failure(ErrorCode::corrupt, damaged);
+  const auto too_large = [] {
+    return failure(ErrorCode::memory_bound, "the index of pieces takes more memory than allowed");
+  };
+  if (size > most_memory) return too_large();
   const std::vector<std::byte> plain = decode_bytes(in.get_bytes(in.remaining()), size);
-  PlainReader reader(plain);
-  std::vector<Record> records;
-  reader.list(records, [&](Record& record) { visit(reader, record); });
-  if (plain.size() != size || !reader.ok() || !reader.at_end() || records.size() > pieces_per_page)
+  PlainReader reader(plain, most_memory - size);
+  IndexPage<Record> page;
+  reader.list(page.records, [&](Record& record) { visit(reader, record); });
+  if (reader.is_over()) return too_large();
+  if (plain.size() != size || !reader.ok() || !reader.at_end() || page.records.size() > pieces_per_page)
     return failure(ErrorCode::corrupt, damaged);
-  return records;
+  page.memory = reader.memory();
+  return page;
 }
 
 /// The nearest float that is not above (or not below) the number, so that a range of floats holds all doubles
@@ -163,16 +169,17 @@ std::vector<std::byte> encode_index(const std::vector<PieceRecord>& records) {
   return encode_page(records, [](auto& v, auto& record) { visit_record(v, record); });
 }
 
-Result<std::vector<PieceRecord>> decode_index(Bytes bytes) {
-  return decode_page<PieceRecord>(bytes, [](auto& v, auto& record) { visit_record(v, record); });
+Result<IndexPage<PieceRecord>> decode_index(Bytes bytes, uint64_t most_memory) {
+  return decode_page<PieceRecord>(bytes, most_memory, [](auto& v, auto& record) { visit_record(v, record); });
 }
 
 std::vector<std::byte> encode_step_index(const std::vector<std::vector<PieceField>>& fields) {
   return encode_page(fields, [](auto& v, auto& piece) { visit_fields(v, piece); });
 }
 
-Result<std::vector<std::vector<PieceField>>> decode_step_index(Bytes bytes) {
-  return decode_page<std::vector<PieceField>>(bytes, [](auto& v, auto& piece) { visit_fields(v, piece); });
+Result<IndexPage<std::vector<PieceField>>> decode_step_index(Bytes bytes, uint64_t most_memory) {
+  return decode_page<std::vector<PieceField>>(bytes, most_memory,
+                                              [](auto& v, auto& piece) { visit_fields(v, piece); });
 }
 
 // One coder for both lists, with fresh models for the second.

@@ -52,13 +52,19 @@ struct PieceRecord {
 /// PIDX: the lines of so many pieces are a page.
 inline constexpr uint32_t pieces_per_page = 4096;
 std::vector<std::byte> encode_index(const std::vector<PieceRecord>& records);
-/// Error: corrupt.
-Result<std::vector<PieceRecord>> decode_index(Bytes bytes);
+/// Of one page of an index, by piece.
+template <class Record>
+struct IndexPage {
+  std::vector<Record> records;
+  uint64_t memory = 0;  ///< what they take, in bytes
+};
+/// `most_memory`: what they may take, in bytes. Errors: corrupt, memory_bound.
+Result<IndexPage<PieceRecord>> decode_index(Bytes bytes, uint64_t most_memory);
 
 /// SIDX: the fields of a step, by piece; pages as of PIDX.
 std::vector<std::byte> encode_step_index(const std::vector<std::vector<PieceField>>& fields);
-/// Error: corrupt.
-Result<std::vector<std::vector<PieceField>>> decode_step_index(Bytes bytes);
+/// As decode_index().
+Result<IndexPage<std::vector<PieceField>>> decode_step_index(Bytes bytes, uint64_t most_memory);
 
 /// The bytes, each inverted. A file within a file has chunks of its own, which must not be found where the
 /// index is lost and chunks are looked for; no inverted chunk header is one. It is its own inverse.

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 
+#include "base/named_error.h"
 #include "base/result.h"
 #include "description/description.h"
 #include "mesh/mesh_size.h"
@@ -20,13 +21,14 @@ namespace maille {
 namespace {
 
 /// Reads pages until there is none. A page that is not full is the last one.
-Result<std::vector<PieceRecord>> read_index(const FileReader& file) {
-  std::vector<PieceRecord> all;
-  for (uint32_t page = 0; file.has_stream({"PIDX", page, 0}); ++page) {
-    const std::vector<std::byte> bytes = MAILLE_TRY(file.read_stream({"PIDX", page, 0}));
-    const std::vector<PieceRecord> records = MAILLE_TRY(decode_index(bytes));
-    all.insert(all.end(), records.begin(), records.end());
-    if (records.size() < pieces_per_page) break;
+Result<IndexPage<PieceRecord>> read_index(const FileReader& file, uint64_t most_memory) {
+  IndexPage<PieceRecord> all;
+  for (uint32_t number = 0; file.has_stream({"PIDX", number, 0}); ++number) {
+    const std::vector<std::byte> bytes = MAILLE_TRY(file.read_stream({"PIDX", number, 0}));
+    auto page = MAILLE_TRY(decode_index(bytes, most_memory - all.memory));
+    all.memory += page.memory;
+    std::move(page.records.begin(), page.records.end(), std::back_inserter(all.records));
+    if (page.records.size() < pieces_per_page) break;
   }
   return all;
 }
@@ -63,7 +65,8 @@ Result<PieceReader> PieceReader::open_front(const Source& source, const DecodeOp
   if (file.header().mode != Mode::stream)
     return failure(ErrorCode::unsupported, source.name() + ": a file of another mode than \"stream\"");
   reader.in_pieces_ = (file.header().required_features & in_pieces_feature) != 0;
-  reader.header_ = MAILLE_TRY(decode_header(MAILLE_TRY(file.read_stream({"DESC"}))));
+  reader.header_ = MAILLE_TRY(with_name(header_of(file, options.limits), source.name()));
+  reader.memory_ = reader.header_.memory;
   return reader;
 }
 
@@ -71,9 +74,14 @@ Result<PieceReader> PieceReader::open_front(const Source& source, const DecodeOp
 Result<PieceReader> PieceReader::open(const Source& source, const DecodeOptions& options) {
   PieceReader reader = MAILLE_TRY(open_front(source, options));
   const FileReader& file = *reader.file_;
-  reader.tail_ = MAILLE_TRY(decode_tail(MAILLE_TRY(file.read_stream({"TAIL"}))));
+  const uint64_t most_memory = plain_memory(options.limits);
+  reader.tail_ =
+      MAILLE_TRY(decode_tail(MAILLE_TRY(file.read_stream({"TAIL"})), most_memory - reader.memory_));
+  reader.memory_ += reader.tail_.memory;
   if (reader.in_pieces_) {
-    reader.pieces_ = MAILLE_TRY(read_index(file));
+    auto index = MAILLE_TRY(with_name(read_index(file, most_memory - reader.memory_), source.name()));
+    reader.pieces_ = std::move(index.records);
+    reader.memory_ += index.memory;
     MAILLE_CHECK(reader.check_index());
     reader.take_numbered(reader.header_.description.numbered);
     if (options.step != 0) MAILLE_CHECK(reader.take_step_in_pieces());
@@ -135,10 +143,10 @@ Result<> PieceReader::take_blocks(const std::vector<DecodedPiece>& pieces) {
 
 /// Takes the arrays of the step in place of the mesh's, in a file that is not in pieces.
 Result<> PieceReader::take_step() {
-  const std::vector<StreamStep> steps = MAILLE_TRY(list_steps(*source_));
+  const std::vector<StreamStep> steps = MAILLE_TRY(list_steps(*source_, true, options_.limits));
   MAILLE_CHECK(check_step(options_.step, steps.size(), name_));
   header_.description.arrays = steps[options_.step - 1].arrays;
-  const StepValues values = MAILLE_TRY(StepValues::open(*source_, options_.step));
+  const StepValues values = MAILLE_TRY(StepValues::open(*source_, options_.step, options_.limits));
   header_.description.metadata = MAILLE_TRY(values.metadata(header_));
   return {};
 }
@@ -147,8 +155,8 @@ Result<> PieceReader::take_step() {
 Result<> PieceReader::take_step_in_pieces() {
   const auto number = static_cast<uint32_t>(options_.step);
   MAILLE_CHECK(check_step(options_.step, count_steps(*file_), name_));
-  StepHeader step = MAILLE_TRY(
-      decode_step(MAILLE_TRY(file_->read_stream({"STEP", number, 0})), header_.description.arrays));
+  StepHeader step = MAILLE_TRY(decode_step(MAILLE_TRY(file_->read_stream({"STEP", number, 0})),
+                                           header_.description.arrays, plain_memory(options_.limits)));
   std::vector<NumberedArray> numbered;
   for (size_t i = 0; i < step.arrays.size(); ++i) {
     for (const NumberedArray& of_mesh : header_.description.numbered) {
@@ -156,13 +164,16 @@ Result<> PieceReader::take_step_in_pieces() {
         numbered.push_back({i, of_mesh.runs});
     }
   }
-  header_.description.metadata = MAILLE_TRY(metadata_of_step(*file_, header_, number));
+  header_.description.metadata = MAILLE_TRY(metadata_of_step(*file_, header_, number, options_.limits));
   header_.description.arrays = std::move(step.arrays);
   take_numbered(numbered);
   set_time(step.time, header_.description.mesh_arrays);
   for (size_t first = 0; first < pieces_.size(); first += pieces_per_page) {
     const StreamKey key = {"SIDX", number, static_cast<uint32_t>(first / pieces_per_page)};
-    auto fields = MAILLE_TRY(decode_step_index(MAILLE_TRY(file_->read_stream(key))));
+    auto page = MAILLE_TRY(
+        decode_step_index(MAILLE_TRY(file_->read_stream(key)), plain_memory(options_.limits) - memory_));
+    memory_ += page.memory;
+    auto& fields = page.records;
     if (fields.size() != std::min<size_t>(pieces_per_page, pieces_.size() - first))
       return failure(ErrorCode::corrupt, name_ + ": the index of a step is damaged");
     for (size_t i = 0; i < fields.size(); ++i) {
@@ -467,7 +478,7 @@ Result<> read_pieces(const PieceReader& reader, std::span<const uint32_t> pieces
   // So that memory and progress are looked at now and then, by one thread; chosen, no sweep is on record.
   constexpr size_t at_once = 32;
   Executor& executor = options.executor ? *options.executor : serial_executor();
-  uint64_t left = options.limits.mesh_bytes / 2;
+  uint64_t left = (options.limits.mesh_bytes - std::min(options.limits.mesh_bytes, reader.memory())) / 2;
   const auto is_too_large = [](const Result<DecodedPiece>& piece) {
     return !piece && piece.error().code == ErrorCode::memory_bound;
   };

@@ -47,6 +47,8 @@ class PieceReader {
   /// Arrays of the header that were asked for.
   const std::vector<uint8_t>& wanted() const { return wanted_; }
   std::string name() const { return name_; }
+  /// What it holds itself, in bytes: description, end and index.
+  uint64_t memory() const { return memory_; }
 
   /// Names and types of blocks, where the end of the file is missing, from pieces that were read. Error:
   /// corrupt, if these contradict each other.
@@ -96,6 +98,7 @@ class PieceReader {
   StreamHeader header_;
   StreamTail tail_;
   std::vector<PieceRecord> pieces_;
+  uint64_t memory_ = 0;
   std::vector<uint8_t> wanted_;
   /// Arrays whose values follow from the numbers of points and cells, by array.
   std::vector<std::pair<size_t, RisingNumbers>> numbered_;

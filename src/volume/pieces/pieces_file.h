@@ -30,6 +30,6 @@ Result<> decode_pieces(const Source& source, MeshSink& sink, const DecodeOptions
 /// All pieces that are whole.
 Result<Salvaged> salvage_pieces(const Source& source, const DecodeOptions& options);
 /// From description, index and end. Errors as inspect().
-Result<FileInfo> inspect_pieces(const Source& source);
+Result<FileInfo> inspect_pieces(const Source& source, const Limits& limits);
 
 }  // namespace maille

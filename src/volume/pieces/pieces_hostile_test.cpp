@@ -103,7 +103,7 @@ void expect_found(const std::string& name, const std::vector<std::byte>& bytes) 
 using Records = std::vector<PieceRecord>;
 std::vector<std::byte> with_index(const std::function<void(Records&)>& change) {
   return with_stream(file_with_step(), {"PIDX"}, [&](std::vector<std::byte>& stream) {
-    Records records = *decode_index(stream);
+    Records records = decode_index(stream, uint64_t{1} << 20)->records;
     ASSERT_GE(records.size(), 2u);
     change(records);
     stream = encode_index(records);
@@ -161,7 +161,7 @@ TEST(PiecesHostile, AStepWhoseValuesEnd) {
 TEST(PiecesHostile, AStepWhoseIndexLies) {
   expect_found("step_with_a_range_too_small",
                with_stream(file_with_step(), {"SIDX", 1, 0}, [&](std::vector<std::byte>& stream) {
-                 auto fields = *decode_step_index(stream);
+                 auto fields = decode_step_index(stream, uint64_t{1} << 20)->records;
                  fields[0][0].components[0].high = fields[0][0].components[0].low;
                  stream = encode_step_index(fields);
                }));

@@ -5,8 +5,10 @@
 namespace maille {
 
 /// From index and end alone. Error: as PieceReader::open().
-Result<FileInfo> inspect_pieces(const Source& source) {
-  const PieceReader reader = MAILLE_TRY(PieceReader::open(source, {}));
+Result<FileInfo> inspect_pieces(const Source& source, const Limits& limits) {
+  DecodeOptions options;
+  options.limits = limits;
+  const PieceReader reader = MAILLE_TRY(PieceReader::open(source, options));
   FileInfo info = info_of_stream(source, reader.file(), reader.header(), reader.tail());
   for (const PieceRecord& piece : reader.pieces()) {
     // The order counts as connectivity here, as it does in a stream whose order stands apart.
@@ -17,7 +19,7 @@ Result<FileInfo> inspect_pieces(const Source& source) {
   for (const ChunkInfo& chunk : info.chunks) {
     if (chunk.type == "GIDS") info.connectivity.coded_bytes += chunk.size;
   }
-  MAILLE_CHECK(add_steps(reader.file(), reader.header(), info));
+  MAILLE_CHECK(add_steps(reader.file(), reader.header(), limits, info));
   return info;
 }
 

@@ -96,7 +96,7 @@ std::vector<std::byte> with_index(const std::vector<std::byte>& file,
     std::copy(record.header.type.begin(), record.header.type.end(), key.type);
     std::vector<std::byte> stream = *reader.read_stream(key);
     if (std::string_view(key.type, 4) == "PIDX") {
-      auto records = *decode_index(stream);
+      auto records = decode_index(stream, uint64_t{1} << 20)->records;
       change(records);
       stream = encode_index(records);
     }

@@ -234,7 +234,7 @@ class MapsChooser {
     ByteReader in(told);
     ArrayMapsList all;
     for (size_t i = 0; i <= stream_.arrays.size(); ++i) all.extents.push_back(in.get<double>());
-    StreamHeader header = MAILLE_TRY(decode_header(in.get_bytes(in.remaining())));
+    StreamHeader header = MAILLE_TRY(decode_header(in.get_bytes(in.remaining()), plain_memory({})));
     all.maps = std::move(header.maps);
     all.bounds = std::move(header.bounds);
     return all;

@@ -221,7 +221,8 @@ class RanksEncoder {
     std::vector<PieceRecord> records;
     for (const auto& buffer : to_all(ranks_, mine.bytes())) {
       for (ByteReader in(buffer); in.remaining() > 0;) {
-        for (PieceRecord& record : MAILLE_TRY(decode_index(in.get_bytes(in.get_count()))))
+        for (PieceRecord& record :
+             MAILLE_TRY(decode_index(in.get_bytes(in.get_count()), plain_memory({}))).records)
           records.push_back(std::move(record));
       }
     }

@@ -290,7 +290,8 @@ class RanksAppender {
     std::vector<std::vector<PieceField>> all;
     for (const auto& some : fields) {
       if (some.empty()) continue;
-      for (auto& piece : MAILLE_TRY(decode_step_index(some))) all.push_back(std::move(piece));
+      for (auto& piece : MAILLE_TRY(decode_step_index(some, plain_memory({}))).records)
+        all.push_back(std::move(piece));
     }
     MAILLE_CHECK(write_step_end(writer, number_, all, step_));
     MAILLE_TRY(writer.finish());

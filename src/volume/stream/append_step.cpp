@@ -149,13 +149,13 @@ Result<StepTarget> open_for_step(const Source& source, const StepHeader& step) {
   MAILLE_CHECK(file.check_complete());
   if (file.header().mode != Mode::stream)
     return refused("steps can be appended to files of mode \"stream\" only");
-  target.mesh = MAILLE_TRY(header_of(file));
+  target.mesh = MAILLE_TRY(header_of(file, {}));
   if (target.mesh.description.any_order && !target.mesh.description.order_apart) {
     return refused(
         "was compressed in any order, so values of later steps do not know their points; compress it "
         "without --any-order");
   }
-  target.tail = MAILLE_TRY(decode_tail(MAILLE_TRY(file.read_stream({"TAIL"}))));
+  target.tail = MAILLE_TRY(decode_tail(MAILLE_TRY(file.read_stream({"TAIL"})), plain_memory({})));
   return target;
 }
 
@@ -184,7 +184,7 @@ Result<> set_metadata(const FileReader& file, const StreamHeader& mesh, const St
 Result<std::vector<std::byte>> step_behind(const Source& stream, StepHeader step, StepSource& values,
                                            const StepOptions& options, StepReport& report) {
   const FileReader file = MAILLE_TRY(FileReader::open(stream, stream_chunk_types));
-  const StreamHeader mesh = MAILLE_TRY(header_of(file));
+  const StreamHeader mesh = MAILLE_TRY(header_of(file, {}));
   std::vector<std::byte> bytes;
   report = MAILLE_TRY(write_in_order(stream, file, mesh, std::move(step), values, options,
                                      [&]() -> Result<std::unique_ptr<Sink>> { return memory_sink(bytes); }));

@@ -8,7 +8,7 @@ Result<bool> CellReplay::next_batch() {
   if (!file_.has_stream({"CELL", batches_, 0})) return false;
   bytes_ = MAILLE_TRY(file_.read_stream({"CELL", batches_, 0}));
   ByteReader in(bytes_);
-  batch_ = MAILLE_TRY(read_batch_header(in));
+  batch_ = MAILLE_TRY(read_batch_header(in, plain_memory({})));
   const Bytes cells = in.get_bytes(batch_.cell_bytes), numbers = in.get_bytes(in.remaining());
   cells_.emplace(cells);
   numbers_.emplace(numbers);

@@ -136,13 +136,13 @@ class SinkFeeder {
 /// What a decoded mesh will hold, from the ends of the file alone: sinks need it before the first cell.
 /// Error: usage, unsupported (an order apart needs the whole mesh in memory).
 Result<MeshDescription> describe(const Source& source, const DecodeOptions& options) {
-  const StreamEnds ends = MAILLE_TRY(read_stream_ends(source));
+  const StreamEnds ends = MAILLE_TRY(read_stream_ends(source, options.limits));
   StreamDescription stream = ends.header.description;
   if (options.step != 0) {
-    std::vector<StreamStep> steps = MAILLE_TRY(list_steps(source));
+    std::vector<StreamStep> steps = MAILLE_TRY(list_steps(source, true, options.limits));
     MAILLE_CHECK(check_step(options.step, steps.size(), source.name()));
     const FileReader file = MAILLE_TRY(FileReader::open(source, stream_chunk_types));
-    stream.metadata = MAILLE_TRY(metadata_of_step(file, ends.header, options.step));
+    stream.metadata = MAILLE_TRY(metadata_of_step(file, ends.header, options.step, options.limits));
     stream.arrays = std::move(steps[options.step - 1].arrays);
     set_time(steps[options.step - 1].time, stream.mesh_arrays);
   }

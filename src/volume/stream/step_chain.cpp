@@ -18,7 +18,7 @@ Result<StreamKey> key_of(uint64_t step, uint64_t batch, uint64_t array, uint64_t
 
 // The file must be whole: a step that is missing in the middle would make those behind it mean something
 // else.
-Result<StepValues> StepValues::open(const Source& source, uint64_t number) {
+Result<StepValues> StepValues::open(const Source& source, uint64_t number, const Limits& limits) {
   FileReader file = MAILLE_TRY(FileReader::open(source, stream_chunk_types));
   MAILLE_CHECK(file.check_complete());
   const uint64_t count = count_steps(file);
@@ -26,14 +26,16 @@ Result<StepValues> StepValues::open(const Source& source, uint64_t number) {
     return failure(ErrorCode::usage, source.name() + ": has no step " + std::to_string(number) +
                                          "; the last one is " + std::to_string(count));
   }
-  const StreamHeader mesh = MAILLE_TRY(decode_header(MAILLE_TRY(file.read_stream({"DESC"}))));
-  StepValues values(std::move(file), number);
+  const StreamHeader mesh = MAILLE_TRY(maille::header_of(file, limits));
+  StepValues values(std::move(file), number, limits);
+  uint64_t left = plain_memory(limits) - mesh.memory;
   // Backwards, until a step needs none before it. A hostile file cannot make this long: multiples of 16 must
   // stand alone.
   for (uint64_t step = number;; --step) {
     const StreamKey key{"STEP", static_cast<uint32_t>(step), 0};
     StepHeader header =
-        MAILLE_TRY(decode_step(MAILLE_TRY(values.file_.read_stream(key)), mesh.description.arrays));
+        MAILLE_TRY(decode_step(MAILLE_TRY(values.file_.read_stream(key)), mesh.description.arrays, left));
+    left -= header.memory;
     const bool needs_before = header.needs_before();
     if (needs_before && step % key_steps == 0)
       return failure(ErrorCode::corrupt, source.name() + ": step " + std::to_string(step) +
@@ -55,11 +57,15 @@ bool needs_none_before(const std::vector<StepEntry>& entries) {
 
 /// Lists of metadata are told by the one before; the walk back ends at a step that does without, that has
 /// none of its own, or whose number is a multiple of 16.
-Result<Metadata> metadata_of_step(const FileReader& file, const StreamHeader& mesh, uint64_t step) {
+Result<Metadata> metadata_of_step(const FileReader& file, const StreamHeader& mesh, uint64_t step,
+                                  const Limits& limits) {
   std::vector<std::vector<StepEntry>> lists;  // the last one first
+  uint64_t left = plain_memory(limits) - std::min(mesh.memory, plain_memory(limits));
   for (; step > 0; --step) {
-    StepHeader header = MAILLE_TRY(decode_step(
-        MAILLE_TRY(file.read_stream({"STEP", static_cast<uint32_t>(step), 0})), mesh.description.arrays));
+    StepHeader header =
+        MAILLE_TRY(decode_step(MAILLE_TRY(file.read_stream({"STEP", static_cast<uint32_t>(step), 0})),
+                               mesh.description.arrays, left));
+    left -= header.memory;
     if (!header.metadata) break;
     lists.push_back(*std::move(header.metadata));
     if (step % key_steps == 0 || needs_none_before(lists.back())) break;
@@ -70,7 +76,7 @@ Result<Metadata> metadata_of_step(const FileReader& file, const StreamHeader& me
 }
 
 Result<Metadata> StepValues::metadata(const StreamHeader& mesh) const {
-  return metadata_of_step(file_, mesh, number_);
+  return metadata_of_step(file_, mesh, number_, limits_);
 }
 
 Result<std::vector<std::byte>> StepValues::read(uint64_t step, uint32_t batch, size_t array) const {

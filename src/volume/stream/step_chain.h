@@ -20,8 +20,8 @@ inline constexpr uint64_t key_steps = 16;
 class StepValues {
  public:
   /// Step `number` of the file, counted from 1. `source` must outlive it. Errors: usage (there is no such
-  /// step), corrupt (also of a step before that is needed), cannot_read, unsupported.
-  static Result<StepValues> open(const Source& source, uint64_t number);
+  /// step), corrupt (also of a step before that is needed), memory_bound, cannot_read, unsupported.
+  static Result<StepValues> open(const Source& source, uint64_t number, const Limits& limits = {});
 
   uint64_t number() const { return number_; }
   const StepHeader& header() const { return headers_.back(); }
@@ -29,20 +29,24 @@ class StepValues {
   const StepHeader& header_of(uint64_t step) const {
     return headers_[headers_.size() - 1 - static_cast<size_t>(number_ - step)];
   }
-  /// Of this step; `mesh`: that of the mesh. Errors: corrupt, cannot_read.
+  /// Of this step; `mesh`: that of the mesh. Errors: corrupt, memory_bound, cannot_read.
   Result<Metadata> metadata(const StreamHeader& mesh) const;
   /// Coded tuples of an array in a batch.
   Result<std::vector<std::byte>> read(uint64_t step, uint32_t batch, size_t array) const;
 
  private:
-  StepValues(FileReader file, uint64_t number) : file_(std::move(file)), number_(number) {}
+  StepValues(FileReader file, uint64_t number, const Limits& limits)
+      : file_(std::move(file)), number_(number), limits_(limits) {}
   FileReader file_;
   uint64_t number_;
+  Limits limits_;
   std::deque<StepHeader> headers_;  ///< of the steps up to this one
 };
 
-/// The metadata of a step of the file; that of the mesh for step 0. Errors: corrupt, cannot_read.
-Result<Metadata> metadata_of_step(const FileReader& file, const StreamHeader& mesh, uint64_t step);
+/// The metadata of a step of the file; that of the mesh for step 0. Errors: corrupt, memory_bound,
+/// cannot_read.
+Result<Metadata> metadata_of_step(const FileReader& file, const StreamHeader& mesh, uint64_t step,
+                                  const Limits& limits = {});
 
 /// Key of the values of array i of a step in a batch. Error: unsupported, beyond 2^32 of them.
 Result<StreamKey> key_of(uint64_t step, uint64_t batch, uint64_t array, uint64_t arrays);

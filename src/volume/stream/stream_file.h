@@ -39,12 +39,12 @@ Result<Salvaged> salvage_stream(const Source& source, const DecodeOptions& optio
 /// order, or in any.
 Result<std::optional<InputOrder>> input_order_of(const Source& source, const Limits& limits);
 /// From description, end and index; no cell is decoded.
-Result<FileInfo> inspect_stream(const Source& source);
+Result<FileInfo> inspect_stream(const Source& source, const Limits& limits);
 /// What description and end tell; sizes of what is coded are not among it.
 FileInfo info_of_stream(const Source& source, const FileReader& reader, const StreamHeader& header,
                         const StreamTail& tail);
 /// What is damaged in them is told as a problem.
-Result<> add_steps(const FileReader& file, const StreamHeader& header, FileInfo& info);
+Result<> add_steps(const FileReader& file, const StreamHeader& header, const Limits& limits, FileInfo& info);
 
 /// What a stream of the mesh is to hold, by what encode() is told. Errors: usage (such as an array that is
 /// not there), unsupported (an array on corners).
@@ -77,6 +77,6 @@ struct StreamEnds {
   StreamTail tail;
   bool in_pieces = false;
 };
-Result<StreamEnds> read_stream_ends(const Source& source);
+Result<StreamEnds> read_stream_ends(const Source& source, const Limits& limits);
 
 }  // namespace maille

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "base/named_error.h"
 #include "base/result.h"
 #include "container/file_reader.h"
 #include "volume/stream/stream_layout.h"
@@ -107,8 +108,8 @@ FileInfo info_of_stream(const Source& source, const FileReader& reader, const St
 
 /// Adds what is known of the steps; a step that is damaged makes all of them a problem, not an error, as the
 /// mesh can still be read.
-Result<> add_steps(const FileReader& file, const StreamHeader& header, FileInfo& info) {
-  const auto steps = steps_of(file, header);
+Result<> add_steps(const FileReader& file, const StreamHeader& header, const Limits& limits, FileInfo& info) {
+  const auto steps = steps_of(file, header, limits);
   if (!steps && steps.error().code != ErrorCode::corrupt) return tl::unexpected(steps.error());
   for (const StreamStep& step : steps ? *steps : std::vector<StreamStep>{}) {
     StepInfo& added = info.steps.emplace_back();
@@ -123,20 +124,21 @@ Result<> add_steps(const FileReader& file, const StreamHeader& header, FileInfo&
 }
 
 /// A file without an end is described as far as it goes: counts are 0 then.
-Result<FileInfo> inspect_stream(const Source& source) {
+Result<FileInfo> inspect_stream(const Source& source, const Limits& limits) {
   const FileReader reader = MAILLE_TRY(FileReader::open(source, stream_chunk_types));
-  const StreamHeader header = MAILLE_TRY(decode_header(MAILLE_TRY(reader.read_stream({"DESC"}))));
+  const StreamHeader header = MAILLE_TRY(with_name(header_of(reader, limits), source.name()));
   StreamTail tail;
-  if (reader.has_stream({"TAIL"})) tail = MAILLE_TRY(decode_tail(MAILLE_TRY(reader.read_stream({"TAIL"}))));
+  if (reader.has_stream({"TAIL"}))
+    tail = MAILLE_TRY(decode_tail(MAILLE_TRY(reader.read_stream({"TAIL"})), plain_memory(limits)));
   FileInfo info = info_of_stream(source, reader, header, tail);
   info.most_points_in_use = tail.most_live_points;
   info.decode_bytes = decode_bytes_of(header, tail);
   add_sizes(reader, info);
-  MAILLE_CHECK(add_steps(reader, header, info));
+  MAILLE_CHECK(add_steps(reader, header, limits, info));
   return info;
 }
 
-Result<StreamEnds> read_stream_ends(const Source& source) {
+Result<StreamEnds> read_stream_ends(const Source& source, const Limits& limits) {
   const FileReader reader = MAILLE_TRY(FileReader::open(source, stream_chunk_types));
   if (reader.header().mode != Mode::stream)
     return failure(ErrorCode::unsupported, source.name() + ": a file of another mode than \"stream\"");
@@ -145,8 +147,9 @@ Result<StreamEnds> read_stream_ends(const Source& source) {
   const std::vector<std::byte> tail = MAILLE_TRY(reader.read_stream({"TAIL"}));
   StreamEnds ends;
   ends.in_pieces = (reader.header().required_features & in_pieces_feature) != 0;
-  ends.header = MAILLE_TRY(decode_header(description));
-  ends.tail = MAILLE_TRY(decode_tail(tail));
+  const uint64_t most_memory = plain_memory(limits);
+  ends.header = MAILLE_TRY(with_name(decode_header(description, most_memory), source.name()));
+  ends.tail = MAILLE_TRY(with_name(decode_tail(tail, most_memory), source.name()));
   return ends;
 }
 

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "base/result.h"
-#include "container/plain_fields.h"
 #include "entropy/byte_model.h"
 #include "numbers/number_maps.h"
 #include "volume/stream/numbered_arrays.h"
@@ -54,12 +53,14 @@ class Writer : public PlainWriter {
 /// the caller.
 class Reader : public PlainReader {
  public:
-  explicit Reader(Bytes bytes, Bytes tables = {}) : PlainReader(bytes), tables_(tables) {}
+  Reader(Bytes bytes, uint64_t most_memory, Bytes tables = {})
+      : PlainReader(bytes, most_memory), tables_(tables) {}
   void map(NumberMap& value, Scalar type) {
     auto found = read_map(in(), type, &tables_);
     demand(found.has_value());
     if (!found) return;
     value = *found;
+    take(value.table.size() * sizeof(double));
     table_numbers_ += value.table.size();
     demand(table_numbers_ <= most_table_numbers);
     if (value.kind != NumberMap::Kind::ordered) return;
@@ -70,6 +71,14 @@ class Reader : public PlainReader {
     demand(byte <= 128 || (type == Scalar::f32 && byte <= 128 + DecimalFloats::most_decimals));
   }
   bool at_end() { return PlainReader::at_end() && tables_.ok() && tables_.remaining() == 0; }
+  /// Errors: memory_bound; corrupt, in these words.
+  Result<> check(bool sensible, const char* damaged) {
+    if (is_over()) return failure(ErrorCode::memory_bound, too_large);
+    if (!ok() || !at_end() || !sensible) return failure(ErrorCode::corrupt, damaged);
+    return {};
+  }
+
+  static constexpr const char* too_large = "names, labels and metadata take more memory than allowed";
 
  private:
   ByteReader tables_;
@@ -80,12 +89,14 @@ class Reader : public PlainReader {
 /// against what decoding really gave.
 struct Unpacked {
   std::vector<std::byte> tables, plain;
+  uint64_t memory_left = 0;  ///< for what is read from them
 };
-Result<Unpacked> unpack(Bytes bytes, const char* damaged) {
+Result<Unpacked> unpack(Bytes bytes, uint64_t most_memory, const char* damaged) {
   ByteReader in(bytes);
   Unpacked unpacked;
   const uint64_t table_bytes = in.get_count();
   if (table_bytes > most_plain_bytes) return failure(ErrorCode::corrupt, damaged);
+  if (table_bytes > most_memory) return failure(ErrorCode::memory_bound, Reader::too_large);
   if (table_bytes > 0) {
     const Bytes tables = in.get_bytes(in.get_count());
     unpacked.tables.assign(tables.begin(), tables.end());
@@ -93,7 +104,9 @@ Result<Unpacked> unpack(Bytes bytes, const char* damaged) {
   }
   const uint64_t size = in.get_count();
   if (!in.ok() || size > most_plain_bytes) return failure(ErrorCode::corrupt, damaged);
+  if (size > most_memory - table_bytes) return failure(ErrorCode::memory_bound, Reader::too_large);
   unpacked.plain = decode_bytes(in.get_bytes(in.remaining()), size);
+  unpacked.memory_left = most_memory - table_bytes - size;
   if (unpacked.plain.size() != size || unpacked.tables.size() != table_bytes)
     return failure(ErrorCode::corrupt, damaged);
   return unpacked;
@@ -373,18 +386,19 @@ Result<std::vector<std::byte>> encode_header(const StreamHeader& header) {
 }
 
 /// Error: corrupt. The kind of error does not say which field, as one damaged count shifts all that follow.
-Result<StreamHeader> decode_header(Bytes bytes) {
+Result<StreamHeader> decode_header(Bytes bytes, uint64_t most_memory) {
   constexpr const char* damaged = "the description of the stream is damaged";
-  const Unpacked unpacked = MAILLE_TRY(unpack(bytes, damaged));
+  const Unpacked unpacked = MAILLE_TRY(unpack(bytes, most_memory, damaged));
   StreamHeader header;
-  Reader reader(unpacked.plain, unpacked.tables);
+  Reader reader(unpacked.plain, unpacked.memory_left, unpacked.tables);
   visit_header(reader, header);
   if (reader.ok() && reader.remaining() > 0) {
     header.description.time.emplace();
     visit_time(reader, header);
   }
-  if (!reader.ok() || !reader.at_end() || !is_sensible(header)) return failure(ErrorCode::corrupt, damaged);
+  MAILLE_CHECK(reader.check(reader.ok() && is_sensible(header), damaged));
   for (Array& array : header.description.mesh_arrays) array.domain = Domain::mesh;
+  header.memory = reader.memory();
   return header;
 }
 
@@ -395,16 +409,16 @@ Result<std::vector<std::byte>> encode_step(const StepHeader& header) {
   return writer.pack("names and labels of arrays, and metadata");
 }
 
-Result<StepHeader> decode_step(Bytes bytes, const std::vector<StreamArray>& arrays) {
+Result<StepHeader> decode_step(Bytes bytes, const std::vector<StreamArray>& arrays, uint64_t most_memory) {
   constexpr const char* damaged = "the description of a step is damaged";
-  const Unpacked unpacked = MAILLE_TRY(unpack(bytes, damaged));
+  const Unpacked unpacked = MAILLE_TRY(unpack(bytes, most_memory, damaged));
   StepHeader header;
-  Reader reader(unpacked.plain, unpacked.tables);
+  Reader reader(unpacked.plain, unpacked.memory_left, unpacked.tables);
   visit_step(reader, header);
   // Bytes behind the fields that are always there are the metadata; at_end() below finds anything else.
   if (reader.ok() && reader.remaining() > 0) visit_entries(reader, header.metadata.emplace());
-  if (!reader.ok() || !reader.at_end() || !is_sensible(header, arrays))
-    return failure(ErrorCode::corrupt, damaged);
+  MAILLE_CHECK(reader.check(reader.ok() && is_sensible(header, arrays), damaged));
+  header.memory = reader.memory();
   return header;
 }
 
@@ -458,18 +472,19 @@ void write_batch_header(ByteWriter& out, const BatchHeader& header) {
   out.put_bytes(writer.out().bytes());
 }
 
-Result<BatchHeader> read_batch_header(ByteReader& in) {
+Result<BatchHeader> read_batch_header(ByteReader& in, uint64_t most_memory) {
   BatchHeader header;
-  Reader reader(in.get_bytes(in.get_count()));
+  Reader reader(in.get_bytes(in.get_count()), most_memory);
   visit_batch(reader, header);
-  bool sensible = in.ok() && reader.ok() && reader.at_end() && header.cell_bytes <= in.remaining();
+  header.memory = reader.memory();
+  bool sensible = in.ok() && header.cell_bytes <= in.remaining();
   for (const BlockStart& block : header.blocks) {
     // Blocks may begin behind the last record: blocks without cells at the end of a batch. An unknown type
     // would reach callers as a number.
     sensible = sensible && block.records_before <= header.records &&
                std::string_view(name_of(block.type)) != "unknown";
   }
-  if (!sensible) return failure(ErrorCode::corrupt, "the head of a batch of cells is damaged");
+  MAILLE_CHECK(reader.check(sensible, "the head of a batch of cells is damaged"));
   return header;
 }
 
@@ -487,15 +502,15 @@ std::vector<std::byte> encode_tail(const StreamTail& tail) {
   return writer.out().take();
 }
 
-Result<StreamTail> decode_tail(Bytes bytes) {
+Result<StreamTail> decode_tail(Bytes bytes, uint64_t most_memory) {
   StreamTail tail;
-  Reader reader(bytes);
+  Reader reader(bytes, most_memory);
   visit_tail(reader, tail);
   const MeshDescription::Polyhedra& polyhedra = tail.polyhedra;
   // Writers of formats with fixed places compute sizes from these: differences of them must not wrap.
   const bool sensible = polyhedra.corners <= tail.corners && polyhedra.points <= polyhedra.corners;
-  if (!reader.ok() || !reader.at_end() || !sensible)
-    return failure(ErrorCode::corrupt, "the end of the stream is damaged");
+  MAILLE_CHECK(reader.check(sensible, "the end of the stream is damaged"));
+  tail.memory = reader.memory();
   return tail;
 }
 

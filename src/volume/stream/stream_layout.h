@@ -10,6 +10,7 @@
 
 #include "base/bytes.h"
 #include "code/efforts.h"
+#include "container/plain_fields.h"
 #include "volume/cells/decisions.h"
 #include "volume/values/tuple_values.h"
 #include "volume/values/value_range.h"
@@ -35,6 +36,7 @@ struct StreamHeader {
   /// Of positions, then of each array.
   std::vector<std::vector<NumberMap>> maps;
   std::vector<double> bounds;
+  uint64_t memory = 0;  ///< what a decoded header takes, in bytes
 
   /// What coders of values are made from; of array i of the description below.
   StreamedArray positions() const;
@@ -44,8 +46,8 @@ struct StreamHeader {
 };
 /// Error: unsupported, where texts take more than a file holds.
 Result<std::vector<std::byte>> encode_header(const StreamHeader& header);
-/// Safe on any bytes. Error: corrupt, memory_bound.
-Result<StreamHeader> decode_header(Bytes bytes);
+/// Safe on any bytes. `most_memory`: what the header may take, in bytes. Errors: corrupt, memory_bound.
+Result<StreamHeader> decode_header(Bytes bytes, uint64_t most_memory);
 
 /// Where a block of cells begins.
 struct BlockStart {
@@ -61,14 +63,15 @@ struct BatchHeader {
   uint64_t points = 0;
   uint64_t cell_bytes = 0;  ///< of the first coder; the rest is the second one's
   std::vector<BlockStart> blocks;
+  uint64_t memory = 0;  ///< what decoded blocks take, in bytes
 };
 /// A chunk of cells takes part in no more records than this; 64 KiB of a perfectly regular mesh hold about as
 /// many. It also bounds the time that one damaged chunk can take.
 inline constexpr uint64_t most_records_per_batch = uint64_t{1} << 26;
 /// The head, with its length before it; coded cells follow.
 void write_batch_header(ByteWriter& out, const BatchHeader& header);
-/// Error: corrupt.
-Result<BatchHeader> read_batch_header(ByteReader& in);
+/// `most_memory`: what blocks may take, in bytes. Errors: corrupt, memory_bound.
+Result<BatchHeader> read_batch_header(ByteReader& in, uint64_t most_memory);
 
 /// TAIL: what is known after the last cell. Points, cells and batches are checked against what was read; the
 /// rest is for information, and for writers that must know sizes beforehand.
@@ -92,13 +95,14 @@ struct StreamTail {
   std::vector<ValueRange> ranges;
   /// The largest error of each of these after decoding, as the encoder met them; none where all are exact.
   std::vector<double> errors;
+  uint64_t memory = 0;  ///< what a decoded one takes, in bytes
 };
 /// Counts one more. `points`: the corners of its faces, which are put in order.
 void count_polyhedron(std::vector<uint64_t>& points, size_t faces, MeshDescription::Polyhedra& polyhedra);
 /// Unlike the description it is not coded further.
 std::vector<std::byte> encode_tail(const StreamTail& tail);
-/// Error: corrupt.
-Result<StreamTail> decode_tail(Bytes bytes);
+/// `most_memory`: what it may take, in bytes. Errors: corrupt, memory_bound.
+Result<StreamTail> decode_tail(Bytes bytes, uint64_t most_memory);
 
 /// How the values of an array of a step are told.
 struct StepCoding {
@@ -136,6 +140,7 @@ struct StepHeader {
   std::vector<double> errors;  ///< the largest of each array, after decoding
   /// Without a value: that of the mesh.
   std::optional<std::vector<StepEntry>> metadata;
+  uint64_t memory = 0;  ///< what a decoded header takes, in bytes
 
   /// Whether any array refers to the step before.
   bool needs_before() const;
@@ -150,8 +155,8 @@ inline bool are_alike(const StreamArray& a, const StreamArray& b) {
 StreamedArray differences_of(const StreamArray& array, const StreamHeader& mesh);
 /// Error: unsupported, where texts take more than a file holds.
 Result<std::vector<std::byte>> encode_step(const StepHeader& header);
-/// `arrays`: of the mesh. Error: corrupt.
-Result<StepHeader> decode_step(Bytes bytes, const std::vector<StreamArray>& arrays);
+/// `arrays`: of the mesh. `most_memory`: what it may take, in bytes. Errors: corrupt, memory_bound.
+Result<StepHeader> decode_step(Bytes bytes, const std::vector<StreamArray>& arrays, uint64_t most_memory);
 /// `metadata` told by the list before, and the other way round; docs/format.md, 16.9. Error: corrupt (also
 /// lists of more than 16 MiB).
 std::vector<StepEntry> entries_of(const Metadata& metadata, const Metadata& before);

@@ -3,6 +3,8 @@
 
 #include <atomic>
 
+#include "base/held_bytes.h"
+#include "base/named_error.h"
 #include "base/result.h"
 #include "volume/stream/chunk_pull.h"
 #include "volume/stream/numbered_arrays.h"
@@ -84,6 +86,7 @@ class StreamReader::Implementation {
   Result<> decode_cells(Block& block);
   void complete(Block& block);
   Result<> take_memory(uint64_t& held, uint64_t wanted);
+  uint64_t memory_left() const;
   tl::unexpected<Error> too_little_memory() const;
   uint64_t memory_of_block(const Block& block) const;
   Result<> take_block(Block& block, uint64_t cells);
@@ -123,10 +126,11 @@ class StreamReader::Implementation {
   size_t starts_used_ = 0;  ///< of the batch's blocks of cells
   // Of the block of cells that the current record is in.
   CellType block_type_ = CellType::mixed;
-  /// All that is in memory: models, what cells keep, what each chain of values keeps, and the portions. What
-  /// each of them takes is known to the task that works on it; the sum is what is held against the limit.
+  /// All that is in memory: descriptions, models, what cells keep, what each chain of values keeps, and the
+  /// portions. What each of them takes is known to the task that works on it; the sum is what is held against
+  /// the limit.
   std::atomic<uint64_t> bytes_ = 0;
-  uint64_t model_bytes_ = 0, cell_bytes_ = 0, portion_bytes_ = 0;
+  uint64_t model_bytes_ = 0, batch_bytes_ = 0, cell_bytes_ = 0, portion_bytes_ = 0;
   std::vector<uint64_t> chain_bytes_;
   uint64_t batches_ = 0;
   uint64_t cells_seen_ = 0, points_seen_ = 0;
@@ -150,7 +154,7 @@ Result<> StreamReader::Implementation::open(std::optional<StepValues> step) {
     return failure(ErrorCode::corrupt, pull_.name() + ": the stream does not begin with its description");
   }
   const std::vector<std::byte> bytes = MAILLE_TRY(rest_of_stream(header, content));
-  header_ = MAILLE_TRY(decode_header(bytes));
+  header_ = MAILLE_TRY(with_name(decode_header(bytes, plain_memory(options_.limits)), pull_.name()));
   if (header_.description.order_apart && !options_.any_order) {
     return failure(
         ErrorCode::unsupported,
@@ -158,7 +162,7 @@ Result<> StreamReader::Implementation::open(std::optional<StepValues> step) {
   }
   for (const StreamArray& array : header_.description.arrays) domains_.push_back(array.domain);
   // Added up before any coder is made, as a description of a few bytes can name thousands of arrays.
-  uint64_t models = tuple_coder_bytes(header_.positions());
+  uint64_t models = header_.memory + tuple_coder_bytes(header_.positions());
   for (size_t i = 0; i < domains_.size() && !step; ++i) models += tuple_coder_bytes(header_.array(i));
   MAILLE_CHECK(take_memory(model_bytes_, models));
   coder_.emplace(header_.mixing, !header_.description.any_order);
@@ -235,7 +239,10 @@ Result<bool> StreamReader::Implementation::read_batch() {
     return damaged("cells are missing");
   }
   ByteReader in(bytes);
-  batch_ = MAILLE_TRY(read_batch_header(in));
+  // Besides the batch's list its blocks may stand in both portions, whose lists grow.
+  constexpr uint64_t lists = 5;
+  batch_ = MAILLE_TRY(with_name(read_batch_header(in, memory_left() / lists), pull_.name()));
+  MAILLE_CHECK(take_memory(batch_bytes_, lists * batch_.memory));
   const Bytes cells = in.get_bytes(batch_.cell_bytes), numbers = in.get_bytes(in.remaining());
   cell_stream_.assign(cells.begin(), cells.end());
   number_stream_.assign(numbers.begin(), numbers.end());
@@ -277,6 +284,12 @@ Result<> StreamReader::Implementation::take_memory(uint64_t& held, uint64_t want
   held = wanted;
   if (all > options_.limits.mesh_bytes) return too_little_memory();
   return {};
+}
+
+/// Enough for a few names, whatever the limit is.
+uint64_t StreamReader::Implementation::memory_left() const {
+  const uint64_t most = plain_memory(options_.limits);
+  return most - std::min<uint64_t>(bytes_, most);
 }
 
 tl::unexpected<Error> StreamReader::Implementation::too_little_memory() const {
@@ -339,7 +352,7 @@ Result<> StreamReader::Implementation::read_values() {
 /// The counts that were met must be those that the file tells; this finds batches that are missing at the
 /// end.
 Result<> StreamReader::Implementation::check_tail(Bytes bytes) {
-  const StreamTail tail = MAILLE_TRY(decode_tail(bytes));
+  const StreamTail tail = MAILLE_TRY(with_name(decode_tail(bytes, memory_left()), pull_.name()));
   if (tail.batches != batches_ || tail.cells != cells_seen_ || tail.points != points_seen_) {
     return damaged("the stream does not hold what its end says");
   }
@@ -515,7 +528,7 @@ Result<> StreamReader::Implementation::prepare_values(Block& block) {
   uint64_t all = 0;
   for (size_t s = 0; s < chains_.size(); ++s) all += size_at(s);
   // Portions take turns, so that two of them are there.
-  MAILLE_CHECK(take_memory(portion_bytes_, 2 * all));
+  MAILLE_CHECK(take_memory(portion_bytes_, 2 * all + bytes_to_hold(number_of_slot_, portion.slot_count)));
   size_t of_points = 0, of_cells = 0;
   tuples_.clear();
   for (size_t s = 0; s < chains_.size(); ++s) {
@@ -619,7 +632,7 @@ Result<StreamReader> StreamReader::open(const Source& source, uint64_t step,
                                         const StreamReadOptions& options) {
   if (step == 0) return open(source_stream(source), options);
   auto implementation = std::make_unique<Implementation>(source_stream(source), options);
-  MAILLE_CHECK(implementation->open(MAILLE_TRY(StepValues::open(source, step))));
+  MAILLE_CHECK(implementation->open(MAILLE_TRY(StepValues::open(source, step, options.limits))));
   return StreamReader(std::move(implementation));
 }
 const StreamDescription& StreamReader::description() const {

@@ -3,13 +3,14 @@
 
 #include <algorithm>
 
+#include "base/named_error.h"
 #include "base/result.h"
 #include "container/chunk_finder.h"
 
 namespace maille {
 
-Result<StreamHeader> header_of(const FileReader& file) {
-  return decode_header(MAILLE_TRY(file.read_stream({"DESC"})));
+Result<StreamHeader> header_of(const FileReader& file, const Limits& limits) {
+  return decode_header(MAILLE_TRY(file.read_stream({"DESC"})), plain_memory(limits));
 }
 
 /// Each look-up goes to the index of the file, so that no step is read.
@@ -32,14 +33,18 @@ Result<> check_step(uint64_t step, uint64_t steps, const std::string& name) {
                                        std::to_string(steps));
 }
 
-Result<std::vector<StepHeader>> read_steps(const FileReader& file, const std::vector<StreamArray>& arrays) {
+Result<std::vector<StepHeader>> read_steps(const FileReader& file, const std::vector<StreamArray>& arrays,
+                                           const Limits& limits) {
   // A source whose bytes arrive later is asked for all of them before the first that is missing is an error.
   std::vector<Result<std::vector<std::byte>>> streams;
   const uint64_t count = count_steps(file);
   for (uint32_t i = 1; i <= count; ++i) streams.push_back(file.read_stream({"STEP", i, 0}));
   std::vector<StepHeader> steps;
-  for (auto& stream : streams)
-    steps.push_back(MAILLE_TRY(decode_step(MAILLE_TRY(std::move(stream)), arrays)));
+  uint64_t left = plain_memory(limits);
+  for (auto& stream : streams) {
+    steps.push_back(MAILLE_TRY(decode_step(MAILLE_TRY(std::move(stream)), arrays, left)));
+    left -= steps.back().memory;
+  }
   return steps;
 }
 
@@ -78,10 +83,11 @@ Result<> check_end(const Source& source) {
 }  // namespace
 
 // Bytes of a step are those of all its chunks, by the records of the file.
-Result<std::vector<StreamStep>> steps_of(const FileReader& file, const StreamHeader& mesh) {
+Result<std::vector<StreamStep>> steps_of(const FileReader& file, const StreamHeader& mesh,
+                                         const Limits& limits) {
   const std::vector<StreamArray>& arrays = mesh.description.arrays;
   std::vector<StreamStep> steps;
-  for (StepHeader& header : MAILLE_TRY(read_steps(file, arrays))) {
+  for (StepHeader& header : MAILLE_TRY(read_steps(file, arrays, limits))) {
     const bool repeated = repeats(header, arrays);
     steps.push_back({header.time, std::move(header.arrays), std::move(header.errors), 0, repeated});
   }
@@ -94,13 +100,13 @@ Result<std::vector<StreamStep>> steps_of(const FileReader& file, const StreamHea
   return steps;
 }
 
-Result<std::vector<StreamStep>> list_steps(const Source& source, bool search) {
+Result<std::vector<StreamStep>> list_steps(const Source& source, bool search, const Limits& limits) {
   if (!search) MAILLE_CHECK(check_end(source));
   const FileReader file = MAILLE_TRY(FileReader::open(source, stream_chunk_types));
   if (file.header().mode != Mode::stream) return std::vector<StreamStep>{};
   // What is missing may be the head of a step: those before it would pass for all.
   MAILLE_CHECK(file.check_complete());
-  return steps_of(file, MAILLE_TRY(header_of(file)));
+  return with_name(steps_of(file, MAILLE_TRY(header_of(file, limits)), limits), source.name());
 }
 
 }  // namespace maille

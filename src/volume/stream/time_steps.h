@@ -11,8 +11,8 @@ namespace maille {
 inline constexpr std::string_view stream_chunk_types[] = {"DESC", "CELL", "POSI", "ARRY", "TAIL", "STEP",
                                                           "SVAL", "PIEC", "GIDS", "PIDX", "SIDX"};
 
-/// The description of the mesh, found by the index. Error: corrupt.
-Result<StreamHeader> header_of(const FileReader& file);
+/// The description of the mesh, found by the index. Errors: corrupt, memory_bound.
+Result<StreamHeader> header_of(const FileReader& file, const Limits& limits);
 
 /// How many steps of time stand behind the mesh: they are numbered from 1 without gaps.
 uint64_t count_steps(const FileReader& file);
@@ -22,10 +22,13 @@ void set_time(double time, std::vector<Array>& mesh_arrays);
 /// Whether a file with so many steps has this one. Error: usage.
 Result<> check_step(uint64_t step, uint64_t steps, const std::string& name);
 
-/// Steps behind the mesh, in order: their headers. Error: corrupt.
-Result<std::vector<StepHeader>> read_steps(const FileReader& file, const std::vector<StreamArray>& arrays);
+/// Steps behind the mesh, in order: their headers, which are held against the limits together. Errors:
+/// corrupt, memory_bound.
+Result<std::vector<StepHeader>> read_steps(const FileReader& file, const std::vector<StreamArray>& arrays,
+                                           const Limits& limits);
 
 /// The same as list_steps() has them, of what is there of the file.
-Result<std::vector<StreamStep>> steps_of(const FileReader& file, const StreamHeader& mesh);
+Result<std::vector<StreamStep>> steps_of(const FileReader& file, const StreamHeader& mesh,
+                                         const Limits& limits);
 
 }  // namespace maille
