@@ -26,8 +26,8 @@ namespace {
 Result<std::string> usual_extension(const Input& input, const std::string& format) {
   if (is_folder_format(format)) return std::string();
   if (!format.empty()) return "." + format;
-  const FileInfo info = TOOL_TRY(inspect(*input.source));
-  return std::string(info.mode == Mode::stream ? ".vtu" : ".ply");
+  const Mode mode = TOOL_TRY(mode_of(*input.source));
+  return std::string(mode == Mode::stream ? ".vtu" : ".ply");
 }
 
 Result<std::string> name_beside(const Input& input, const std::string& format) {
@@ -51,7 +51,7 @@ Result<std::string> format_to_write(const DecompressOptions& options, const std:
 /// The step asked for by number or by time; 0 for the mesh's own arrays.
 Result<uint64_t> step_of(const DecompressOptions& options, const Source& source) {
   if (!options.time) return options.step.value_or(0);
-  const FileInfo info = TOOL_TRY(inspect(source));
+  const FileInfo info = TOOL_TRY(inspect(source, {options.common.memory}));
   std::vector<double> times;
   std::optional<uint64_t> near;
   for (const FileTime& time : times_of(info)) {
@@ -82,22 +82,24 @@ Result<uint64_t> step_of(const DecompressOptions& options, const Source& source)
                                                info.steps.size())));
 }
 
-Result<> check_arrays(const Source& source, const std::vector<std::string>& wanted, uint64_t step) {
-  const FileInfo info = TOOL_TRY(inspect(source));
+/// Whether the file has all arrays that are asked for.
+Result<> check_arrays(const DecompressOptions& options, const Source& source, uint64_t step) {
+  if (!options.arrays) return {};
+  const FileInfo info = TOOL_TRY(inspect(source, {options.common.memory}));
   std::vector<std::string> known;
   if (step == 0 || step > info.steps.size()) {
     for (const ArrayInfo& array : info.arrays) known.push_back(array.name);
   } else {
     known = info.steps[step - 1].arrays;
   }
-  return check_names(source.name(), wanted, known);
+  return check_names(source.name(), *options.arrays, known);
 }
 
 /// One file holds one time: that there are more is said, unless one was asked for.
 void note_steps(const DecompressOptions& options, const Source& source, const std::string& output,
                 const std::string& format) {
   if (options.step || options.time || is_folder_format(format)) return;
-  const auto info = inspect(source);
+  const auto info = inspect(source, {options.common.memory});
   if (!info || info->steps.empty()) return;
   say_notes(output_name(output),
             {fmt::format(
@@ -127,8 +129,8 @@ Result<> report(const DecompressOptions& options, const std::string& output, con
 }
 
 /// "1,024 of 4,096 cells", as far as the file still says how many there were.
-std::string salvaged_text(const Source& source, const Mesh& mesh) {
-  const auto info = inspect(source);
+std::string salvaged_text(const DecompressOptions& options, const Source& source, const Mesh& mesh) {
+  const auto info = inspect(source, {options.common.memory});
   const std::string of = info && info->cells > 0 ? fmt::format(" of {}", info->cells) : "";
   return fmt::format("{} points, {}{} cells", mesh.point_count(), mesh.cell_count(), of);
 }
@@ -139,10 +141,11 @@ Result<bool> write_parts(const DecompressOptions& options, const Source& source,
                          const std::string& format, const Stopwatch& whole) {
   DecodeOptions wanted;
   wanted.arrays = options.arrays;
+  wanted.limits = {options.common.memory};
   const auto mesh = describe(source, wanted);
   if (!mesh && is_unreadable(mesh.error())) return tl::unexpected(mesh.error());
   if (!mesh) return false;
-  if (options.arrays) TOOL_CHECK(check_arrays(source, *options.arrays, 0));
+  TOOL_CHECK(check_arrays(options, source, 0));
   const auto done = TOOL_TRY(decompress_in_parts(options, source, *mesh, output, format));
   if (!done) return false;
   note_steps(options, source, output, format);
@@ -172,9 +175,10 @@ Result<Salvaged> decode_whole(const DecompressOptions& options, const Source& so
 }
 
 /// Times that a case of OpenFOAM takes besides the mesh's own; 0 for other formats.
-Result<uint64_t> times_for(const std::string& format, const Source& source) {
+Result<uint64_t> times_for(const DecompressOptions& options, const std::string& format,
+                           const Source& source) {
   if (!is_folder_format(format)) return 0;
-  const auto info = inspect(source);
+  const auto info = inspect(source, {options.common.memory});
   return info ? info->steps.size() : 0;
 }
 
@@ -194,7 +198,8 @@ bool was_a_case(const std::string& path, const DecompressOptions& options) {
     return false;
   const auto source =
       is_regular(options.input) ? file_source(options.input) : Result<std::unique_ptr<Source>>(nullptr);
-  const auto info = source && *source ? inspect(**source) : Result<FileInfo>(FileInfo{});
+  const auto info =
+      source && *source ? inspect(**source, {options.common.memory}) : Result<FileInfo>(FileInfo{});
   if (!info) return false;
   return std::any_of(info->metadata.begin(), info->metadata.end(),
                      [](const auto& entry) { return entry.first.starts_with("openfoam."); });
@@ -225,7 +230,7 @@ Result<int> decompress_one(const DecompressOptions& options) {
   // A case is written with all its times, one after the other.
   if (plain && is_folder_format(format)) {
     if (!input.source) input = TOOL_TRY(open_maille(options.input));
-    plain = TOOL_TRY(times_for(format, *input.source)) == 0;
+    plain = TOOL_TRY(times_for(options, format, *input.source)) == 0;
   }
   if (plain && can_write_in_parts(format, output, options.ascii)) {
     std::unique_ptr<Source> parts;
@@ -236,8 +241,8 @@ Result<int> decompress_one(const DecompressOptions& options) {
   }
   if (!input.source) input = TOOL_TRY(open_maille(options.input));
   const uint64_t time_step = TOOL_TRY(step_of(options, *input.source));
-  const uint64_t steps = TOOL_TRY(times_for(format, *input.source));
-  if (options.arrays) TOOL_CHECK(check_arrays(*input.source, *options.arrays, time_step));
+  const uint64_t steps = TOOL_TRY(times_for(options, format, *input.source));
+  TOOL_CHECK(check_arrays(options, *input.source, time_step));
   const auto file = TOOL_TRY(open_output(
       {output, options.input, options.force, is_binary(format, options.ascii), is_folder_format(format)}));
 
@@ -257,7 +262,7 @@ Result<int> decompress_one(const DecompressOptions& options) {
   const PartsWritten done = {mesh.point_count(), mesh.cell_count(), input.source->size(), sink.count()};
   TOOL_CHECK(report(options, output, done, cell_word(mesh), whole.seconds()));
   if (!damage) return 0;
-  complain(damage->message + "; salvaged: " + salvaged_text(*input.source, mesh));
+  complain(damage->message + "; salvaged: " + salvaged_text(options, *input.source, mesh));
   return static_cast<int>(ErrorCode::corrupt);
 }
 

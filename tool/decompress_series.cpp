@@ -35,7 +35,7 @@ Result<Mesh> decode_time(const DecompressOptions& options, const Source& source,
 }
 
 Result<std::vector<TimeOfFile>> times_of_file(const DecompressOptions& options, const Source& source) {
-  const FileInfo info = TOOL_TRY(inspect(source));
+  const FileInfo info = TOOL_TRY(inspect(source, {options.common.memory}));
   std::vector<TimeOfFile> times;
   for (const FileTime& time : times_of(info)) times.push_back({time.step, time.time, ""});
   if (times.empty()) times.push_back({0, 0, ""});

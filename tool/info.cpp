@@ -115,7 +115,7 @@ Result<int> run(const InfoOptions& options) {
       !input.is_maille && (!input.format.empty() || format_of(options.input) || format_of(*input.source));
   if (is_foreign) return run_on_mesh(options, input);
   TOOL_CHECK(check_maille(input));
-  const FileInfo info = TOOL_TRY(inspect(*input.source));
+  const FileInfo info = TOOL_TRY(inspect(*input.source, {options.common.memory}));
   const std::string name = input_name(options.input);
   const std::optional<Sphere> sphere = sphere_of(*input.source, info);
   if (options.pieces && info.mode != Mode::stream)

@@ -125,7 +125,7 @@ Result<Verdict> judge_whole(const Input& input, const VerifyOptions& options) {
   verdict.points = decoded.point_count();
   verdict.cells = decoded.cell_count();
   verdict.word = cell_word(decoded);
-  const size_t steps = TOOL_TRY(inspect(*input.source)).steps.size();
+  const size_t steps = TOOL_TRY(inspect(*input.source, {options.common.memory})).steps.size();
   for (size_t step = 1; step <= steps; ++step) {
     DecodeOptions decoding;
     decoding.limits.mesh_bytes = options.common.memory;
@@ -135,7 +135,7 @@ Result<Verdict> judge_whole(const Input& input, const VerifyOptions& options) {
   if (options.original.empty()) return verdict;
   const bool of_times = is_series(options.original);
   const auto series = of_times ? TOOL_TRY(read_series(options.original)) : std::vector<SeriesEntry>();
-  const FileInfo info = TOOL_TRY(inspect(*input.source));
+  const FileInfo info = TOOL_TRY(inspect(*input.source, {options.common.memory}));
   const SeriesEntry own = series.empty() ? SeriesEntry{options.original} : own_entry(series, info);
   Input original = TOOL_TRY(open_input(own.path, options.original_format));
   if (is_regular(own.path)) original.step = own.step;
@@ -153,7 +153,7 @@ Result<std::vector<std::string>> damage_behind_mesh(const Source& source, const 
                                                     Executor* executor) {
   std::vector<std::string> damage = TOOL_TRY(verify_checksums(source));
   if (!damage.empty()) return damage;
-  const size_t steps = TOOL_TRY(list_steps(source)).size();
+  const size_t steps = TOOL_TRY(list_steps(source, true, {common.memory})).size();
   StreamPortion portion;
   for (size_t step = 1; step <= steps; ++step) {
     StreamReader reader =
@@ -216,7 +216,7 @@ Result<std::optional<Verdict>> judge_pieces(const Input& input, const VerifyOpti
   decoding.limits.mesh_bytes = options.common.memory;
   decoding.executor = threads.executor();
   decoding.progress = progress.watch(static_cast<double>(mesh->cells), "cells");
-  const size_t steps = TOOL_TRY(list_steps(*input.source)).size();
+  const size_t steps = TOOL_TRY(list_steps(*input.source, true, {options.common.memory})).size();
   for (size_t step = 0; step <= steps && verdict.damage.empty(); ++step) {
     decoding.step = step;
     NoSink nowhere;
