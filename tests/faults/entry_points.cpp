@@ -21,7 +21,7 @@ class Questions {
   }
 
   void ask_all() {
-    take("inspect", inspect(*source_));
+    take("inspect", inspect(*source_, options_.limits));
     take("verify", verify_checksums(*source_));
     take_mesh("decode", decode(*source_, options_), false);
     auto saved = salvage(*source_, options_);
@@ -48,7 +48,7 @@ class Questions {
   }
 
   void ask_steps() {
-    const auto steps = list_steps(*source_);
+    const auto steps = list_steps(*source_, true, options_.limits);
     if (!take("steps", steps) || steps->empty()) return;
     DecodeOptions of_step = options_;
     of_step.step = steps->size();

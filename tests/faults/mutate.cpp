@@ -1,6 +1,7 @@
 // Damages files and asks everything of them: every answer must be an error of a fitting kind or a valid mesh;
 // where the checksums are not mended, the right one; in bounded memory. mutate COUNT [FIRST], COUNT of
-// damaged files for each mode and for the readers together. The last lines are a table for
+// damaged files for each mode and for the readers together; mutate --flips COUNT [FIRST], COUNT files of all
+// modes with one to three wrong bits, which are decoded alone. The last lines are a table for
 // docs/reliability.md.
 
 #include <maille/file.h>
@@ -8,6 +9,7 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <ctime>
 #include <filesystem>
 #include <fstream>
@@ -216,6 +218,29 @@ void ask_known(Counts& counts) {
   }
 }
 
+/// Wrong bits, as from storage that fails: each file must end in an error, or still give its own mesh.
+int flip(uint64_t count, uint64_t first) {
+  const std::vector<Seed> seeds = maille_seeds();
+  Counts counts;
+  for (uint64_t number = first; number < first + count; ++number) {
+    Random random(number);
+    const Seed& seed = seeds[random.below(seeds.size())];
+    std::vector<std::byte> damaged = seed.bytes;
+    for (uint64_t times = 1 + random.below(3); times > 0; --times)
+      damaged[random.below(damaged.size())] ^= static_cast<std::byte>(1u << random.below(8));
+    ++counts.files;
+    const auto mesh = decode(*memory_source(Bytes(damaged)));
+    const bool same = mesh && differences_between(seed.mesh, *mesh, true).empty();
+    ++(!mesh ? counts.error : same ? counts.intact : counts.other);
+    if (mesh && !same) Run(seed.name, number).finding(counts, "another mesh, and no word", damaged);
+  }
+  std::printf("| flipped files | error | the same mesh | another mesh |\n|---|---|---|---|\n");
+  std::printf("| %llu | %llu | %llu | %llu |\n", static_cast<unsigned long long>(counts.files),
+              static_cast<unsigned long long>(counts.error), static_cast<unsigned long long>(counts.intact),
+              static_cast<unsigned long long>(counts.other));
+  return counts.wrong == 0 ? 0 : 1;
+}
+
 int run(uint64_t count, uint64_t first) {
   const std::vector<Seed> seeds = maille_seeds();
   std::map<std::string, Counts> all;
@@ -246,7 +271,12 @@ int run(uint64_t count, uint64_t first) {
 }  // namespace maille::testing
 
 int main(int count, char** arguments) {
+  const bool flips = count > 1 && std::strcmp(arguments[1], "--flips") == 0;
+  if (flips) {
+    --count;
+    ++arguments;
+  }
   const uint64_t files = count > 1 ? std::strtoull(arguments[1], nullptr, 10) : 1000;
   const uint64_t first = count > 2 ? std::strtoull(arguments[2], nullptr, 10) : 0;
-  return maille::testing::run(files, first);
+  return flips ? maille::testing::flip(files, first) : maille::testing::run(files, first);
 }

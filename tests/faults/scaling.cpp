@@ -1,7 +1,8 @@
 // Odd meshes of n and 4n elements: bytes of files, memory and work to encode and decode them must grow about
 // as they do, and decoders keep to what they are allowed. scaling [ELEMENTS, default 25600] [--time] [--only
-// NAME]: work is counted by allocations and their bytes; with --time also by the time of the processor, the
-// least of three runs, which needs a quiet machine.
+// NAME] [--keep FOLDER]: work is counted by allocations and their bytes; with --time also by the time of the
+// processor, the least of three runs, which needs a quiet machine. --keep writes the files of 4n elements,
+// for profilers.
 
 #include <time.h>
 
@@ -10,6 +11,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <functional>
 #include <numeric>
 #include <optional>
@@ -160,6 +162,14 @@ Mesh with_arrays(uint32_t arrays, uint32_t components) {
   return mesh;
 }
 
+/// Empty texts, which take a byte or less in a file: labels of an array, or metadata.
+Mesh with_texts(uint32_t labels, uint32_t metadata) {
+  Mesh mesh = with_arrays(1, 1);
+  mesh.arrays[0].labels.resize(labels);
+  mesh.metadata.resize(metadata);
+  return mesh;
+}
+
 /// Arrays whose numbers have any size, and lower bits that are the same for all of one size.
 Mesh with_bits_again(uint32_t arrays) {
   Mesh mesh = to_mesh(strip(400));
@@ -234,6 +244,8 @@ std::vector<Pathology> pathologies() {
       {"one block a face", [](uint32_t n) { return in_blocks(to_mesh(strip(n / 4))); }},
       {"arrays", [](uint32_t n) { return with_arrays(n / 50, 1); }},
       {"components", [](uint32_t n) { return with_arrays(1, n / 50); }},
+      {"empty labels", [](uint32_t n) { return with_texts(40 * n, 0); }},
+      {"empty metadata", [](uint32_t n) { return with_texts(0, 20 * n); }},
       {"arrays whose bits come again", [](uint32_t n) { return with_bits_again(n / 400); }},
       {"points without cells", [](uint32_t n) { return soup(CellType::triangle, 3, 1, n); }},
       {"cylinder of two rings", [](uint32_t n) { return to_mesh(shapes::cylinder(n / 2, 2)); }},
@@ -285,6 +297,7 @@ struct Options {
   uint32_t elements = 25600;
   bool timed = false;
   std::string only;  ///< pathologies whose name has this
+  std::string keep;  ///< folder for files, if any
 };
 
 class Scaling {
@@ -315,6 +328,7 @@ class Scaling {
       decoding[i] = measure(options_.timed, [&] { return decode_bytes(file->bytes) ? 0.0 : 1.0; });
       if (decoding[i].bytes != 0) complain(what, "cannot be decoded");
     }
+    if (!options_.keep.empty()) keep(file->bytes, what);
     check_limits(file->bytes, mode, what);
     ++checked_;
     compare(what + ", file", std::max(encoding[0].bytes, small_share * mesh_bytes[0]),
@@ -331,6 +345,10 @@ class Scaling {
   }
 
  private:
+  void keep(const std::vector<std::byte>& file, const std::string& what) const {
+    std::ofstream(options_.keep + "/" + what + ".maille", std::ios::binary)
+        .write(reinterpret_cast<const char*>(file.data()), static_cast<std::streamsize>(file.size()));
+  }
   void complain(const std::string& what, const std::string& message) {
     ++problems_;
     std::printf("%s: %s\n", what.c_str(), message.c_str());
@@ -383,6 +401,8 @@ int main(int count, char** arguments) {
       options.timed = true;
     } else if (std::strcmp(arguments[i], "--only") == 0 && i + 1 < count) {
       options.only = arguments[++i];
+    } else if (std::strcmp(arguments[i], "--keep") == 0 && i + 1 < count) {
+      options.keep = arguments[++i];
     } else {
       options.elements = static_cast<uint32_t>(std::strtoul(arguments[i], nullptr, 10));
     }

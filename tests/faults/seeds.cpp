@@ -52,7 +52,7 @@ std::array<float, 3> facet_normal(std::span<const float> positions, const uint32
 /// What scans and models are like, and random meshes hardly ever: nothing but triangles, a smooth shape,
 /// normals of its faces, and a field.
 Mesh smooth_mesh() {
-  Mesh mesh = to_mesh(triangulated(shapes::torus(24, 14)));
+  Mesh mesh = to_mesh(triangulated(shapes::torus(14, 8)));
   const auto positions = mesh.points.values<float>();
   Array normals = make_array("normal", Domain::cell, Scalar::f32, 3, Role::normal),
         field = make_array("field", Domain::point, Scalar::f32, 2);
