@@ -7,7 +7,7 @@ mkdir -p "$OUT"
 build=${WORK:-build}/oss-fuzz
 # The flags of OSS-Fuzz would come twice: fuzz/CMakeLists.txt has its own, for the library and the fuzzers.
 env -u CXXFLAGS -u CFLAGS cmake -S . -B "$build" -G Ninja -DCMAKE_CXX_COMPILER="$CXX" -DCMAKE_BUILD_TYPE=RelWithDebInfo \
-  -DMAILLE_BUILD_FUZZ=ON -DMAILLE_BUILD_TESTS=OFF -DMAILLE_BUILD_TOOL=OFF -DMAILLE_C=OFF ${STDLIB:+-DCMAKE_CXX_FLAGS=-stdlib=$STDLIB} >/dev/null
+  -DMAILLE_BUILD_FUZZ=ON -DMAILLE_BUILD_TESTS=OFF -DMAILLE_BUILD_TOOL=OFF ${STDLIB:+-DCMAKE_CXX_FLAGS=-stdlib=$STDLIB} >/dev/null
 cmake --build "$build"
 "$build/fuzz/fuzz_seeds" "$build/seeds"
 for source in fuzz/*_fuzz.cpp; do
