@@ -24,6 +24,8 @@ class FileReader final : public StreamSource {
   static Result<FileReader> open(const Source& source, std::span<const std::string_view> known_types = {});
 
   const FileHeader& header() const { return header_; }
+  /// Of the source, which errors begin with.
+  std::string name() const { return source_->name(); }
   /// In file order, without the index. `id` is the patch (high 32 bits) and the stream's number (low 32
   /// bits).
   const std::vector<ChunkInfo>& chunks() const { return chunks_; }

@@ -52,6 +52,9 @@ class PlainWriter {
   ByteWriter out_;
 };
 
+/// Where they take more than is allowed.
+inline constexpr const char* texts_too_large = "names, labels and metadata take more memory than allowed";
+
 /// What the descriptions of a file may take in memory, in bytes: 4 MiB besides the limit, so that small
 /// limits still open small files.
 inline uint64_t plain_memory(const Limits& limits) {

@@ -311,18 +311,17 @@ Result<std::vector<std::byte>> encode_description(const Description& description
 Result<Description> decode_description(Bytes bytes, const Limits& limits) {
   ByteReader in(bytes);
   const uint64_t size = in.get_count();
-  const auto too_large = [] {
-    return failure(ErrorCode::memory_bound, "names, labels and metadata take more memory than allowed");
-  };
-  if (size > std::min(most_plain_bytes, plain_memory(limits))) return too_large();
+  const uint64_t most_memory = plain_memory(limits);
+  if (size > std::min(most_plain_bytes, most_memory))
+    return failure(ErrorCode::memory_bound, texts_too_large);
   const Bytes coded = in.get_bytes(in.remaining());
   // As many bytes as there should be are these themselves.
   const std::vector<std::byte> plain =
       coded.size() == size ? std::vector(coded.begin(), coded.end()) : decode_bytes(coded, size);
   Description description;
-  PlainReader reader(plain, plain_memory(limits) - size);
+  PlainReader reader(plain, most_memory - size);
   visit(reader, description);
-  if (reader.is_over()) return too_large();
+  if (reader.is_over()) return failure(ErrorCode::memory_bound, texts_too_large);
   description.memory = reader.memory();
   bool sensible = reader.ok() && reader.at_end() && plain.size() == size &&
                   description.positions.components == 3 && description.positions.domain == Domain::point &&

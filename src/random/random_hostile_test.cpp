@@ -86,7 +86,7 @@ struct IndexOfFile {
   std::vector<IndexedGroup> groups;
 
   explicit IndexOfFile(Streams& streams) {
-    directory = decode_directory(streams.of("CDIR", {}).bytes, {}).value();
+    directory = decode_directory(streams.of("CDIR").bytes, {}).value();
     for (uint32_t page = 0; page < directory.index_pages.size(); ++page) {
       auto more = decode_index_page(directory.frame, streams.of("CIDX", page).bytes,
                                     page * groups_per_index_page, directory.groups)
@@ -335,7 +335,7 @@ TEST(RandomHostile, HostilePageHeadsAreBorne) {
   for (uint64_t i = 0; i < cases(1000); ++i) {
     Random random(i);
     Streams streams(file.bytes);
-    const uint32_t groups = decode_directory(streams.of("CDIR", {}).bytes, {}).value().groups;
+    const uint32_t groups = decode_directory(streams.of("CDIR").bytes, {}).value().groups;
     streams.remove(random.chance(50) ? "CIDX" : "CDIR");
     for (unsigned k = 0; k < 3; ++k) {
       std::vector<std::byte>& page = streams.of("CHRT", random.below(groups)).bytes;

@@ -99,7 +99,7 @@ std::vector<std::byte> encode_page_head(const PageHead& head) {
 }
 
 Result<ParsedPageHead> decode_page_head(Bytes page) {
-  // A chart takes three bytes or more here, and 24 in memory.
+  // A chart takes three bytes or more here, and 12 in memory, three times as much while the list grows.
   PlainReader reader(page, 16 * page.size());
   ParsedPageHead parsed;
   visit_head(reader, parsed.head);

@@ -58,7 +58,7 @@ struct ChartDirectory {
 };
 
 std::vector<std::byte> encode_directory(const ChartDirectory& directory);
-/// Inverse. Safe on any bytes. Error: corrupt.
+/// Inverse. Safe on any bytes. Errors: corrupt, memory_bound.
 Result<ChartDirectory> decode_directory(Bytes bytes, const Limits& limits);
 
 /// What stands before the charts of a page, so that an index that is lost can be made anew.

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "base/named_error.h"
 #include "base/result.h"
 #include "description/element_order.h"
 #include "random/random_file.h"
@@ -27,8 +28,7 @@ Result<> check_memory_of_order(const Description& description, const Source& sou
                                const DecodeOptions& options) {
   if (description.order != Order::keep) return {};
   PatchesMemory memory{.meshes = memory_of(description), .after = ordering_memory(description)};
-  if (auto at_once = memory.at_once(options.limits); !at_once)
-    return failure(at_once.error().code, source.name() + ": " + at_once.error().message);
+  MAILLE_TRY(with_name(memory.at_once(options.limits), source.name()));
   return {};
 }
 

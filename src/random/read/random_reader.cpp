@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "base/hash.h"
+#include "base/named_error.h"
 #include "base/result.h"
 #include "container/chunk_finder.h"
 #include "random/read/rebuild_index.h"
@@ -364,9 +365,7 @@ Result<size_t> RandomReader::charts_at_once(const std::vector<ChartPlace>& place
   if (use == ChartUse::join) memory.add_after(std::min(joining_memory(description_), memory.meshes));
   // join_levels() has rows of all points, and then the mesh.
   if (use == ChartUse::show && places.size() > 1) memory.add_after(2 * memory.meshes);
-  auto at_once = memory.at_once(options_.limits);
-  if (at_once) return at_once;
-  return failure(at_once.error().code, source_->name() + ": " + at_once.error().message);
+  return with_name(memory.at_once(options_.limits), source_->name());
 }
 
 Result<> RandomReader::read_mesh_arrays(Mesh& mesh) const {

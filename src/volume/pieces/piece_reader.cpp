@@ -65,7 +65,7 @@ Result<PieceReader> PieceReader::open_front(const Source& source, const DecodeOp
   if (file.header().mode != Mode::stream)
     return failure(ErrorCode::unsupported, source.name() + ": a file of another mode than \"stream\"");
   reader.in_pieces_ = (file.header().required_features & in_pieces_feature) != 0;
-  reader.header_ = MAILLE_TRY(with_name(header_of(file, options.limits), source.name()));
+  reader.header_ = MAILLE_TRY(header_of(file, options.limits));
   reader.memory_ = reader.header_.memory;
   return reader;
 }
@@ -75,8 +75,7 @@ Result<PieceReader> PieceReader::open(const Source& source, const DecodeOptions&
   PieceReader reader = MAILLE_TRY(open_front(source, options));
   const FileReader& file = *reader.file_;
   const uint64_t most_memory = plain_memory(options.limits);
-  reader.tail_ =
-      MAILLE_TRY(decode_tail(MAILLE_TRY(file.read_stream({"TAIL"})), most_memory - reader.memory_));
+  reader.tail_ = MAILLE_TRY(tail_of(file, most_memory - reader.memory_));
   reader.memory_ += reader.tail_.memory;
   if (reader.in_pieces_) {
     auto index = MAILLE_TRY(with_name(read_index(file, most_memory - reader.memory_), source.name()));

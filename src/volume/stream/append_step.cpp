@@ -155,7 +155,7 @@ Result<StepTarget> open_for_step(const Source& source, const StepHeader& step) {
         "was compressed in any order, so values of later steps do not know their points; compress it "
         "without --any-order");
   }
-  target.tail = MAILLE_TRY(decode_tail(MAILLE_TRY(file.read_stream({"TAIL"})), plain_memory({})));
+  target.tail = MAILLE_TRY(tail_of(file, plain_memory({})));
   return target;
 }
 

@@ -336,7 +336,7 @@ Result<std::optional<CodedOrder>> order_of(const Source& source, const StreamDes
 /// when it comes there.
 Result<StreamTail> tail_of(const Source& source, uint64_t most_memory) {
   const FileReader file = MAILLE_TRY(FileReader::open(source, stream_chunk_types));
-  return decode_tail(MAILLE_TRY(file.read_stream({"TAIL"})), most_memory);
+  return maille::tail_of(file, most_memory);
 }
 
 /// Makes room for what the end of the file says. Returns how many cells that are; 0: nobody knows.

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <limits>
 
-#include "base/named_error.h"
 #include "base/result.h"
 #include "container/file_reader.h"
 #include "volume/stream/stream_layout.h"
@@ -126,10 +125,9 @@ Result<> add_steps(const FileReader& file, const StreamHeader& header, const Lim
 /// A file without an end is described as far as it goes: counts are 0 then.
 Result<FileInfo> inspect_stream(const Source& source, const Limits& limits) {
   const FileReader reader = MAILLE_TRY(FileReader::open(source, stream_chunk_types));
-  const StreamHeader header = MAILLE_TRY(with_name(header_of(reader, limits), source.name()));
+  const StreamHeader header = MAILLE_TRY(header_of(reader, limits));
   StreamTail tail;
-  if (reader.has_stream({"TAIL"}))
-    tail = MAILLE_TRY(decode_tail(MAILLE_TRY(reader.read_stream({"TAIL"})), plain_memory(limits)));
+  if (reader.has_stream({"TAIL"})) tail = MAILLE_TRY(tail_of(reader, plain_memory(limits) - header.memory));
   FileInfo info = info_of_stream(source, reader, header, tail);
   info.most_points_in_use = tail.most_live_points;
   info.decode_bytes = decode_bytes_of(header, tail);
@@ -143,13 +141,10 @@ Result<StreamEnds> read_stream_ends(const Source& source, const Limits& limits) 
   if (reader.header().mode != Mode::stream)
     return failure(ErrorCode::unsupported, source.name() + ": a file of another mode than \"stream\"");
   MAILLE_CHECK(reader.check_complete());
-  const std::vector<std::byte> description = MAILLE_TRY(reader.read_stream({"DESC"}));
-  const std::vector<std::byte> tail = MAILLE_TRY(reader.read_stream({"TAIL"}));
   StreamEnds ends;
   ends.in_pieces = (reader.header().required_features & in_pieces_feature) != 0;
-  const uint64_t most_memory = plain_memory(limits);
-  ends.header = MAILLE_TRY(with_name(decode_header(description, most_memory), source.name()));
-  ends.tail = MAILLE_TRY(with_name(decode_tail(tail, most_memory), source.name()));
+  ends.header = MAILLE_TRY(header_of(reader, limits));
+  ends.tail = MAILLE_TRY(tail_of(reader, plain_memory(limits) - ends.header.memory));
   return ends;
 }
 

@@ -73,12 +73,10 @@ class Reader : public PlainReader {
   bool at_end() { return PlainReader::at_end() && tables_.ok() && tables_.remaining() == 0; }
   /// Errors: memory_bound; corrupt, in these words.
   Result<> check(bool sensible, const char* damaged) {
-    if (is_over()) return failure(ErrorCode::memory_bound, too_large);
+    if (is_over()) return failure(ErrorCode::memory_bound, texts_too_large);
     if (!ok() || !at_end() || !sensible) return failure(ErrorCode::corrupt, damaged);
     return {};
   }
-
-  static constexpr const char* too_large = "names, labels and metadata take more memory than allowed";
 
  private:
   ByteReader tables_;
@@ -96,7 +94,7 @@ Result<Unpacked> unpack(Bytes bytes, uint64_t most_memory, const char* damaged) 
   Unpacked unpacked;
   const uint64_t table_bytes = in.get_count();
   if (table_bytes > most_plain_bytes) return failure(ErrorCode::corrupt, damaged);
-  if (table_bytes > most_memory) return failure(ErrorCode::memory_bound, Reader::too_large);
+  if (table_bytes > most_memory) return failure(ErrorCode::memory_bound, texts_too_large);
   if (table_bytes > 0) {
     const Bytes tables = in.get_bytes(in.get_count());
     unpacked.tables.assign(tables.begin(), tables.end());
@@ -104,7 +102,7 @@ Result<Unpacked> unpack(Bytes bytes, uint64_t most_memory, const char* damaged) 
   }
   const uint64_t size = in.get_count();
   if (!in.ok() || size > most_plain_bytes) return failure(ErrorCode::corrupt, damaged);
-  if (size > most_memory - table_bytes) return failure(ErrorCode::memory_bound, Reader::too_large);
+  if (size > most_memory - table_bytes) return failure(ErrorCode::memory_bound, texts_too_large);
   unpacked.plain = decode_bytes(in.get_bytes(in.remaining()), size);
   unpacked.memory_left = most_memory - table_bytes - size;
   if (unpacked.plain.size() != size || unpacked.tables.size() != table_bytes)

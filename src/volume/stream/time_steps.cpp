@@ -10,7 +10,11 @@
 namespace maille {
 
 Result<StreamHeader> header_of(const FileReader& file, const Limits& limits) {
-  return decode_header(MAILLE_TRY(file.read_stream({"DESC"})), plain_memory(limits));
+  return with_name(decode_header(MAILLE_TRY(file.read_stream({"DESC"})), plain_memory(limits)), file.name());
+}
+
+Result<StreamTail> tail_of(const FileReader& file, uint64_t most_memory) {
+  return with_name(decode_tail(MAILLE_TRY(file.read_stream({"TAIL"})), most_memory), file.name());
 }
 
 /// Each look-up goes to the index of the file, so that no step is read.
@@ -106,7 +110,7 @@ Result<std::vector<StreamStep>> list_steps(const Source& source, bool search, co
   if (file.header().mode != Mode::stream) return std::vector<StreamStep>{};
   // What is missing may be the head of a step: those before it would pass for all.
   MAILLE_CHECK(file.check_complete());
-  return with_name(steps_of(file, MAILLE_TRY(header_of(file, limits)), limits), source.name());
+  return with_name(steps_of(file, MAILLE_TRY(header_of(file, limits)), limits), file.name());
 }
 
 }  // namespace maille

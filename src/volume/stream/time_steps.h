@@ -11,8 +11,10 @@ namespace maille {
 inline constexpr std::string_view stream_chunk_types[] = {"DESC", "CELL", "POSI", "ARRY", "TAIL", "STEP",
                                                           "SVAL", "PIEC", "GIDS", "PIDX", "SIDX"};
 
-/// The description of the mesh, found by the index. Errors: corrupt, memory_bound.
+/// The description of the mesh, found by the index. Errors, which name the file: corrupt, memory_bound.
 Result<StreamHeader> header_of(const FileReader& file, const Limits& limits);
+/// The end of the file, in the same way. `most_memory`: what it may take, in bytes.
+Result<StreamTail> tail_of(const FileReader& file, uint64_t most_memory);
 
 /// How many steps of time stand behind the mesh: they are numbered from 1 without gaps.
 uint64_t count_steps(const FileReader& file);
