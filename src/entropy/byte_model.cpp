@@ -1,5 +1,6 @@
 #include "entropy/byte_model.h"
 
+#include <algorithm>
 #include <array>
 #include <memory>
 
@@ -41,11 +42,14 @@ std::vector<std::byte> encode_bytes(Bytes bytes) {
   RansEncoder encoder;
   ByteModel<RansEncoder> model(encoder);
   for (const std::byte byte : bytes) model.code(byte);
-  return encoder.finish();
+  std::vector<std::byte> coded = encoder.finish();
+  coded.resize(std::max<size_t>(coded.size(), bytes.size() / most_bytes_per_coded_byte));
+  return coded;
 }
 
 std::vector<std::byte> decode_bytes(Bytes coded, uint64_t size) {
   std::vector<std::byte> bytes;
+  if (coded.size() < size / most_bytes_per_coded_byte) return bytes;
   RansDecoder decoder(coded);
   ByteModel<RansDecoder> model(decoder);
   while (bytes.size() < size && !decoder.exhausted()) bytes.push_back(model.code({}));

@@ -65,13 +65,22 @@ TEST(ByteModel, EveryTruncationGivesFewerBytes) {
 }
 
 TEST(ByteModel, ClaimedSizesAreNotBelieved) {
-  // At most 2^11 decisions come out of a bit, eight of which make a byte.
   for (const size_t size : {size_t{0}, size_t{1}, size_t{8}, size_t{100}}) {
     for (const unsigned byte : {0u, 0x55u, 0xffu}) {
       const std::vector<std::byte> coded(size, static_cast<std::byte>(byte));
-      EXPECT_LE(decode_bytes(coded, UINT64_MAX).size(), 2048 * (size + 8)) << size << " bytes " << byte;
+      const uint64_t most = most_bytes_per_coded_byte * (size + 1) - 1;
+      EXPECT_LE(decode_bytes(coded, most).size(), most) << size << " bytes " << byte;
+      EXPECT_TRUE(decode_bytes(coded, most + 1).empty()) << size << " bytes " << byte;
+      EXPECT_TRUE(decode_bytes(coded, UINT64_MAX).empty()) << size << " bytes " << byte;
     }
   }
+}
+
+TEST(ByteModel, AMillionTimesTheSameTakesASixtyFourthAndComesBack) {
+  const std::vector<std::byte> bytes(1'000'000);
+  const auto coded = encode_bytes(bytes);
+  EXPECT_EQ(coded.size(), bytes.size() / most_bytes_per_coded_byte);
+  EXPECT_TRUE(decode_bytes(coded, bytes.size()) == bytes);
 }
 
 }  // namespace
