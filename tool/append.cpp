@@ -85,8 +85,8 @@ Result<LoadedMesh> load_step(const Step& step, const AppendOptions& options, std
   return LoadedMesh{std::move(read.mesh), std::move(read.notes), std::move(read.files_beside)};
 }
 
-Result<FileInfo> inspect_stream(const std::string& path, const Source& file) {
-  FileInfo info = TOOL_TRY(inspect(file));
+Result<FileInfo> inspect_stream(const std::string& path, const Source& file, const Limits& limits) {
+  FileInfo info = TOOL_TRY(inspect(file, limits));
   if (info.mode == Mode::stream) return info;
   return failure(ErrorCode::usage,
                  fmt::format("{}: is of mode {}; only files of mode stream take steps of time, "
@@ -252,7 +252,7 @@ Result<Appended> append_one(const AppendOptions& options, const Step& step, cons
     encoding.arrays = found.arrays;
     encoding.executor = threads.executor();
     const Input file = TOOL_TRY(open_maille(options.file));
-    const FileInfo info = TOOL_TRY(inspect_stream(options.file, *file.source));
+    const FileInfo info = TOOL_TRY(inspect_stream(options.file, *file.source, {options.common.memory}));
     const bool same_counts =
         info.points == loaded.mesh.point_count() && info.cells == loaded.mesh.cell_count();
     if (step.mesh_may_change && same_counts) {
@@ -331,7 +331,7 @@ Result<int> remove_last(const AppendOptions& options) {
   std::vector<StreamStep> steps;
   {
     const Input file = TOOL_TRY(open_maille(options.file));
-    TOOL_TRY(inspect_stream(options.file, *file.source));
+    TOOL_TRY(inspect_stream(options.file, *file.source, {options.common.memory}));
     steps = TOOL_TRY(list_steps(*file.source));
   }
   const StepReport left = TOOL_TRY(remove_last_step(options.file));

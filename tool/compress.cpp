@@ -237,11 +237,11 @@ Result<Compressed> compress_whole(const Input& input, const CompressOptions& opt
 
 /// What is known of a .maille file of mode stream, which unlike a pipe can be read twice. What is wrong with
 /// a file is told by its decoder.
-std::optional<FileInfo> stream_info(const std::string& path) {
+std::optional<FileInfo> stream_info(const std::string& path, const Limits& limits) {
   if (path == "-" || !is_regular(path)) return std::nullopt;
   const auto source = unmapped_source(path);
   if (!source || !is_maille(**source)) return std::nullopt;
-  auto info = inspect(**source);
+  auto info = inspect(**source, limits);
   if (!info || info->mode != Mode::stream) return std::nullopt;
   return *std::move(info);
 }
@@ -262,7 +262,7 @@ Result<Compressed> compress(const CompressOptions& options, const Tolerances& to
   // Standard input cannot be read twice, so the bytes that were read to recognise a stream are passed on to
   // the next way.
   std::vector<std::byte> begin;
-  const auto known = stream_info(options.input);
+  const auto known = stream_info(options.input, {options.common.memory});
   if (known) say_notes(input_name(options.input), notes_of_steps(*known), options.common.quiet);
   const bool in_memory = known && options.delay == 0 &&
                          fits_in_memory(known->points, known->corners, known->file_bytes, options.common);

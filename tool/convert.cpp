@@ -72,7 +72,8 @@ Result<int> run(const ConvertOptions& options) {
     }
   }
   if (input.is_maille)
-    say_notes(input_name(options.input), notes_of_steps(TOOL_TRY(inspect(*input.source))),
+    say_notes(input_name(options.input),
+              notes_of_steps(TOOL_TRY(inspect(*input.source, {options.common.memory}))),
               options.common.quiet);
   say_notes(output_name(options.output), notes, options.common.quiet);
   TOOL_CHECK(report(options, loaded.mesh, bytes_of_input(input, loaded.files_beside), sink.count(), notes));

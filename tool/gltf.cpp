@@ -179,7 +179,7 @@ Result<int> info_of_gltf(const InfoOptions& options, const Input& input) {
                                  counted(parts.size(), ".maille file"));
   for (const GltfPart& part : parts) {
     const auto source = memory_source(Bytes(part.bytes));
-    const FileInfo info = TOOL_TRY(inspect(*source));
+    const FileInfo info = TOOL_TRY(inspect(*source, {options.common.memory}));
     const std::string title = fmt::format("buffer view {}", part.buffer_view);
     if (options.common.json) {
       Json one = {{"buffer_view", part.buffer_view}, {"primitives", part.primitives}};

@@ -47,7 +47,7 @@ Result<> decode_parts(const CommonOptions& common, GltfVerdict& verdict) {
     verdict.all.points += mesh->point_count();
     verdict.all.cells += mesh->cell_count();
     verdict.meshes.push_back(*std::move(mesh));
-    verdict.infos.push_back(TOOL_TRY(inspect(*source)));
+    verdict.infos.push_back(TOOL_TRY(inspect(*source, decoding.limits)));
   }
   return {};
 }
