@@ -142,8 +142,9 @@ std::vector<std::byte> encode_piece(const CodedPiece& piece) {
   return out.take();
 }
 
-/// Blocks rise, so that none comes twice. The list ends with the bytes at the latest.
-Result<CodedPiece> decode_piece(Bytes bytes) {
+/// Blocks rise, so that none comes twice. The list ends with the bytes at the latest. The file takes the room
+/// of the bytes: a piece of a mesh with many arrays has megabytes, which need not be there twice.
+Result<CodedPiece> decode_piece(std::vector<std::byte> bytes) {
   ByteReader in(bytes);
   CodedPiece piece;
   for (uint64_t left = in.get_count(); left > 0 && in.ok(); --left) {
@@ -154,15 +155,15 @@ Result<CodedPiece> decode_piece(Bytes bytes) {
   }
   const Bytes shared = in.get_bytes(in.get_count());
   piece.shared.assign(shared.begin(), shared.end());
-  piece.file = inverted(in.get_bytes(in.remaining()));
   if (!in.ok()) return failure(ErrorCode::corrupt, "the head of a piece is damaged");
+  bytes.erase(bytes.begin(), bytes.begin() + static_cast<ptrdiff_t>(in.position()));
+  piece.file = inverted(std::move(bytes));
   return piece;
 }
 
-std::vector<std::byte> inverted(Bytes bytes) {
-  std::vector<std::byte> out(bytes.begin(), bytes.end());
-  for (std::byte& byte : out) byte = ~byte;
-  return out;
+std::vector<std::byte> inverted(std::vector<std::byte> bytes) {
+  for (std::byte& byte : bytes) byte = ~byte;
+  return bytes;
 }
 
 std::vector<std::byte> encode_index(const std::vector<PieceRecord>& records) {

@@ -22,7 +22,7 @@ struct CodedPiece {
 };
 std::vector<std::byte> encode_piece(const CodedPiece& piece);
 /// Error: corrupt.
-Result<CodedPiece> decode_piece(Bytes bytes);
+Result<CodedPiece> decode_piece(std::vector<std::byte> bytes);
 
 /// What queries know of an array in a piece without decoding it.
 struct PieceField {
@@ -68,7 +68,7 @@ Result<IndexPage<std::vector<PieceField>>> decode_step_index(Bytes bytes, uint64
 
 /// The bytes, each inverted. A file within a file has chunks of its own, which must not be found where the
 /// index is lost and chunks are looked for; no inverted chunk header is one. It is its own inverse.
-std::vector<std::byte> inverted(Bytes bytes);
+std::vector<std::byte> inverted(std::vector<std::byte> bytes);
 
 /// GIDS: the numbers that the piece's cells and points have in the whole mesh, both rising.
 struct PieceNumbers {

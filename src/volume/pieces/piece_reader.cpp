@@ -67,6 +67,9 @@ Result<PieceReader> PieceReader::open_front(const Source& source, const DecodeOp
   reader.in_pieces_ = (file.header().required_features & in_pieces_feature) != 0;
   reader.header_ = MAILLE_TRY(header_of(file, options.limits));
   reader.memory_ = reader.header_.memory;
+  // Each piece has a description of its own, of the same arrays, which is there beside this one.
+  if (reader.in_pieces_ && reader.memory_ > plain_memory(options.limits) / 2)
+    return with_name(Result<PieceReader>(failure(ErrorCode::memory_bound, texts_too_large)), source.name());
   return reader;
 }
 
@@ -352,9 +355,8 @@ bool PieceReader::is_needed(uint64_t step) const {
 
 /// What stands behind a piece's own stream: each step as it was appended, so that the whole is a file with
 /// steps.
-Result<std::vector<std::byte>> PieceReader::with_steps(CodedPiece& coded, uint32_t number, uint64_t first,
-                                                       uint64_t last) const {
-  std::vector<std::byte> stream = std::move(coded.file);
+Result<std::vector<std::byte>> PieceReader::with_steps(std::vector<std::byte> stream, uint32_t number,
+                                                       uint64_t first, uint64_t last) const {
   for (uint64_t k = first; k <= last; ++k) {
     const StreamKey key = {"SVAL", static_cast<uint32_t>(k), number};
     const std::vector<std::byte> bytes = inverted(MAILLE_TRY(file_->read_stream(key)));
@@ -364,9 +366,8 @@ Result<std::vector<std::byte>> PieceReader::with_steps(CodedPiece& coded, uint32
 }
 
 Result<std::vector<std::byte>> PieceReader::read_stream(uint32_t number, uint64_t step) const {
-  const std::vector<std::byte> bytes = MAILLE_TRY(file_->read_stream({"PIEC", number, 0}));
-  CodedPiece coded = MAILLE_TRY(decode_piece(bytes));
-  return with_steps(coded, number, first_of_group(step), step - 1);
+  CodedPiece coded = MAILLE_TRY(decode_piece(MAILLE_TRY(file_->read_stream({"PIEC", number, 0}))));
+  return with_steps(std::move(coded.file), number, first_of_group(step), step - 1);
 }
 
 // GIDS are read for these arrays even where nobody asks for numbers.
@@ -390,15 +391,13 @@ void PieceReader::fill_numbers(DecodedPiece& piece) const {
 /// A piece is a file within a chunk; it is decoded as any file, then held against the index. Its step has a
 /// number within the group.
 Result<DecodedPiece> PieceReader::read_coded(uint32_t number, bool numbered, uint64_t allowed) const {
-  const std::vector<std::byte> bytes = MAILLE_TRY(file_->read_stream({"PIEC", number, 0}));
-  CodedPiece coded = MAILLE_TRY(decode_piece(bytes));
+  CodedPiece coded = MAILLE_TRY(decode_piece(MAILLE_TRY(file_->read_stream({"PIEC", number, 0}))));
   DecodedPiece piece;
   DecodeOptions options = options_;
   options.limits.mesh_bytes = allowed;
   std::vector<std::byte> stream = std::move(coded.file);
   if (options_.step != 0) {
-    coded.file = std::move(stream);
-    stream = MAILLE_TRY(with_steps(coded, number, first_of_group(options_.step), options_.step));
+    stream = MAILLE_TRY(with_steps(std::move(stream), number, first_of_group(options_.step), options_.step));
     // The number that the step has behind the piece's own stream.
     options.step = (options_.step - 1) % key_steps + 1;
   }
@@ -412,7 +411,6 @@ Result<DecodedPiece> PieceReader::read_coded(uint32_t number, bool numbered, uin
   MAILLE_CHECK(check(piece, pieces_[number]));
   const auto points = static_cast<uint32_t>(piece.mesh.point_count());
   // Points without cells are a piece that has no border: none of them is shared.
-  // Points without cells are a piece that has no border.
   const std::vector<uint32_t> border =
       piece.blocks.empty() ? std::vector<uint32_t>() : border_points(piece.mesh);
   const std::vector<uint8_t> on_side =

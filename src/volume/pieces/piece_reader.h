@@ -79,7 +79,7 @@ class PieceReader {
   void take_numbered(const std::vector<NumberedArray>& numbered);
   bool has_numbers_wanted() const;
   void fill_numbers(DecodedPiece& piece) const;
-  Result<std::vector<std::byte>> with_steps(CodedPiece& coded, uint32_t number, uint64_t first,
+  Result<std::vector<std::byte>> with_steps(std::vector<std::byte> stream, uint32_t number, uint64_t first,
                                             uint64_t last) const;
   Result<> check_index() const;
   Result<> check_fields() const;

@@ -46,7 +46,7 @@ void clear(StreamPortion& portion) {
 // Measured on faces of 102,400 corners over as many points (maille_scaling): with 8 MiB more they bound what
 // a block takes. A usual one, of a new point and eight corners a cell, is within these 8 MiB, so that
 // streams of hexahedra go on to be read with 3 MiB allowed.
-constexpr uint64_t bytes_per_new_point = 250, bytes_per_new_corner = 100;
+constexpr uint64_t bytes_per_new_point = 250, bytes_per_new_corner = 110;
 constexpr uint64_t usual_points = cells_per_block, usual_corners = 8 * cells_per_block;
 constexpr uint64_t block_grain = 1 << 20;  // how often it is looked at
 
