@@ -70,7 +70,7 @@ class PlainReader {
   PlainReader(Bytes bytes, uint64_t most_memory) : in_(bytes), most_memory_(most_memory) {}
   void byte(uint8_t& value, unsigned count) {
     value = in_.get<uint8_t>();
-    demand(value < count);
+    require(value < count);
   }
   template <class Enum>
   void choice(Enum& value, unsigned count) {
@@ -81,7 +81,7 @@ class PlainReader {
   template <class Number>
   void count(Number& value, uint64_t most) {
     const uint64_t found = in_.get_count();
-    demand(found <= most);
+    require(found <= most);
     value = static_cast<Number>(found);
   }
   void real(double& value) { value = in_.get<double>(); }
@@ -105,10 +105,19 @@ class PlainReader {
   void list(std::vector<Item>& items, Each each) {
     // Every item takes a byte or more, so the list ends with the bytes at the latest.
     for (uint64_t left = in_.get_count(); left > 0 && ok(); --left) {
-      if (items.size() == items.capacity() && !make_room(items)) return;
-      each(items.emplace_back());
+      Item* const item = add(items);
+      if (item == nullptr) return;
+      each(*item);
     }
   }
+  /// Another item of a list; nothing if that takes more memory than is allowed.
+  template <class Item>
+  Item* add(std::vector<Item>& items) {
+    if (items.size() == items.capacity() && !make_room(items)) return nullptr;
+    return &items.emplace_back();
+  }
+  /// What is false makes ok() false from now on.
+  void require(bool sensible) { sensible_ = sensible_ && sensible; }
   bool ok() const { return sensible_ && !is_over_ && in_.ok(); }
   /// Whether more memory would have been needed than is allowed.
   bool is_over() const { return is_over_; }
@@ -118,7 +127,6 @@ class PlainReader {
   bool at_end() const { return remaining() == 0; }
 
  protected:
-  void demand(bool sensible) { sensible_ = sensible_ && sensible; }
   void take(uint64_t bytes) {
     memory_ += bytes;
     is_over_ = is_over_ || memory_ > most_memory_;

@@ -112,11 +112,29 @@ void visit_block(Visitor& v, Block& block) {
   });
 }
 
+void visit_cells(PlainWriter& v, const std::vector<BlockCells>& cells, uint64_t blocks) {
+  put_block_cells(cells, blocks, [&](uint64_t count) { v.count(count, none - 1); });
+}
+void visit_cells(PlainReader& v, std::vector<BlockCells>& cells, uint64_t blocks) {
+  const auto get = [&] {
+    uint64_t count = 0;
+    v.count(count, none - 1);
+    return count;
+  };
+  const auto add = [&](uint32_t block, uint64_t count) {
+    BlockCells* const here = v.add(cells);
+    if (here != nullptr) *here = {block, count};
+    return here != nullptr;
+  };
+  v.require(get_block_cells(
+      blocks, get, [&] { return v.ok(); }, add));
+}
+
 template <class Visitor, class Part>
-void visit_part(Visitor& v, Part& part) {
+void visit_part(Visitor& v, Part& part, uint64_t blocks) {
   v.count(part.points, max_points);
   v.count(part.corners, none - 1);
-  v.list(part.cells, [&](auto& cells) { v.count(cells, none - 1); });
+  visit_cells(v, part.cells, blocks);
 }
 
 template <class Visitor, class Whole>
@@ -140,7 +158,7 @@ void visit(Visitor& v, Whole& description) {
   if (description.welded) v.count(description.split_points, max_points);
   v.count(description.corners, none - 1);
   v.list(description.blocks, [&](auto& block) { visit_block(v, block); });
-  v.list(description.parts, [&](auto& part) { visit_part(v, part); });
+  v.list(description.parts, [&](auto& part) { visit_part(v, part, description.blocks.size()); });
   visit_array(v, description.positions);
   v.list(description.arrays, [&](auto& array) { visit_array(v, array); });
   v.list(description.metadata, [&](auto& entry) {
@@ -169,10 +187,10 @@ bool parts_fit(const Description& description) {
   uint64_t points = 0;
   std::vector<uint64_t> cells(description.blocks.size());
   for (const PartDescription& part : description.parts) {
-    if (part.points > description.points || part.cells.size() != cells.size()) return false;
+    if (part.points > description.points) return false;
     points += part.points;
     corners += part.corners;
-    for (size_t b = 0; b < cells.size(); ++b) cells[b] += part.cells[b];
+    for (const BlockCells& here : part.cells) cells[here.block] += here.cells;
     if (points > description.points + description.corners || corners > description.corners) return false;
   }
   for (size_t b = 0; b < cells.size(); ++b) {
@@ -260,34 +278,51 @@ std::vector<BlockShape> Description::shapes() const {
   return shapes;
 }
 
-Description Description::of_part(size_t part) const {
-  Description description = of_first_part();
-  if (part == 0) return description;
-  description.take_sizes(parts[part]);
-  for (ArrayDescription& array : description.arrays) array.mesh_tuples = 0;
-  return description;
+std::vector<uint32_t> Description::block_numbers() const {
+  std::vector<uint32_t> numbers;
+  for (const CodedBlock& block : blocks) numbers.push_back(block.number);
+  return numbers;
 }
 
-// Field by field: a copy of all parts for each of them would take their square.
-Description Description::of_first_part() const {
+uint64_t Description::block_memory() const {
+  uint64_t bytes = blocks.capacity() * sizeof(CodedBlock);
+  for (const CodedBlock& block : blocks)
+    bytes += block.name.capacity() + block.types.capacity() * sizeof(block.types[0]);
+  return bytes;
+}
+
+// Field by field: a copy of all parts and blocks for each of them would take their square.
+Description Description::of_part(size_t part) const {
   Description description;
   description.effort = effort;
   description.welded = welded;
   description.split_points = split_points;
-  description.blocks = blocks;
   description.positions = positions;
   description.arrays = arrays;
   description.metadata = metadata;
   description.provenance = provenance;
   description.memory = memory;
-  description.take_sizes(parts[0]);
+  description.take_part(*this, part);
+  if (part == 0) return description;
+  for (ArrayDescription& array : description.arrays) array.mesh_tuples = 0;
   return description;
 }
 
-void Description::take_sizes(const PartDescription& part) {
-  points = part.points;
-  corners = part.corners;
-  for (size_t b = 0; b < blocks.size(); ++b) blocks[b].shape.cells = part.cells[b];
+void Description::take_part(const Description& whole, size_t part) {
+  points = whole.parts[part].points;
+  corners = whole.parts[part].corners;
+  blocks = blocks_of_part(whole.blocks, whole.parts[part].cells);
+}
+
+std::vector<CodedBlock> blocks_of_part(const std::vector<CodedBlock>& whole,
+                                       const std::vector<BlockCells>& cells) {
+  std::vector<CodedBlock> blocks;
+  blocks.reserve(cells.size());
+  for (const BlockCells& here : cells) {
+    const CodedBlock& block = whole[here.block];
+    blocks.push_back({block.name, {block.shape.type, here.cells}, {}, here.block});
+  }
+  return blocks;
 }
 
 Result<std::vector<std::byte>> encode_description(const Description& description) {
@@ -322,7 +357,8 @@ Result<Description> decode_description(Bytes bytes, const Limits& limits) {
   PlainReader reader(plain, most_memory - size);
   visit(reader, description);
   if (reader.is_over()) return failure(ErrorCode::memory_bound, texts_too_large);
-  description.memory = reader.memory();
+  // What the blocks take is known apart, as parts have some of them.
+  description.memory = reader.memory() - std::min(reader.memory(), description.block_memory());
   bool sensible = reader.ok() && reader.at_end() && plain.size() == size &&
                   description.positions.components == 3 && description.positions.domain == Domain::point &&
                   description.cells() < none && parts_fit(description) && twins_fit(description);

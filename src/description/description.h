@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "description/block_cells.h"
 #include "mesh/block_shape.h"
 
 namespace maille {
@@ -46,18 +47,19 @@ struct CodedBlock {
   BlockShape shape;
   /// Of a mixed block, for information: its cells by type, rising.
   std::vector<std::pair<CellType, uint64_t>> types = {};
+  uint32_t number = 0;  ///< in a description of a part: the block's place among those of the whole mesh
 };
 
 /// What one part of a mesh holds, for meshes of several parts.
 struct PartDescription {
   uint32_t points = 0;
   uint64_t corners = 0;
-  std::vector<uint64_t> cells;  ///< by block
+  std::vector<BlockCells> cells;  ///< of the blocks that have some, rising
 };
 
 /// Everything about a mesh that can be known without decoding it: the first thing that every reader needs,
-/// and what `maille info` shows. docs/format.md, 11.1. Counts are of the whole mesh, or of a part
-/// after of_part().
+/// and what `maille info` shows. docs/format.md, 11.1. Counts and blocks are those of the whole mesh, or of a
+/// part after of_part().
 struct Description {
   uint8_t effort = 5;
   Order order = Order::canonical;
@@ -71,17 +73,25 @@ struct Description {
   std::vector<ArrayDescription> arrays;
   std::vector<std::pair<std::string, std::string>> metadata;
   std::string provenance;
-  uint64_t memory = 0;  ///< what a decoded description takes, in bytes
+  uint64_t memory = 0;  ///< what a decoded description takes, in bytes, but for its blocks
 
   uint64_t cells() const;
   uint64_t tuples(const ArrayDescription& array) const;
   std::vector<BlockShape> shapes() const;
-  /// Of a part as a mesh of its own. Arrays that belong to the mesh as a whole are those of part 0.
+  /// Of a part: its blocks' places among those of the whole mesh.
+  std::vector<uint32_t> block_numbers() const;
+  /// What the blocks take in memory, in bytes.
+  uint64_t block_memory() const;
+  /// Of a part as a mesh of its own: with the blocks that have cells in it. Arrays that belong to the mesh as
+  /// a whole are those of part 0.
   Description of_part(size_t part) const;
-  /// The same with the sizes of part 0 for now; and for others afterwards, without a copy for each of them.
-  Description of_first_part() const;
-  void take_sizes(const PartDescription& part);
+  /// The same for another part of the same mesh, without a copy of its arrays.
+  void take_part(const Description& whole, size_t part);
 };
+
+/// The blocks that have cells in a part, with so many cells; without their types.
+std::vector<CodedBlock> blocks_of_part(const std::vector<CodedBlock>& whole,
+                                       const std::vector<BlockCells>& cells);
 
 /// The bytes that the mesh described takes in memory; in doubles: sums of claimed counts must not wrap
 /// around.

@@ -61,8 +61,10 @@ Mesh without_part(const Mesh& decoded, const std::vector<std::byte>& bytes, uint
   const FileReader reader = FileReader::open(*source).value();
   const Description description = decode_description(reader.read_stream({"DESC"}).value(), {}).value();
   for (size_t block = 0; block < description.blocks.size(); ++block) {
-    for (uint32_t p = 0; p < description.parts.size(); ++p)
-      keep.insert(keep.end(), description.parts[p].cells[block], p != part);
+    for (uint32_t p = 0; p < description.parts.size(); ++p) {
+      for (const BlockCells& here : description.parts[p].cells)
+        keep.insert(keep.end(), here.block == block ? here.cells : 0, p != part);
+    }
   }
   return keep_cells(decoded, keep);
 }

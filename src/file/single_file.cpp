@@ -192,9 +192,9 @@ Result<size_t> patches_at_once(const FileReader& reader, const Description& desc
   if (description.parts.empty()) {
     add_memory(memory, reader, description, 0);
   } else {
-    Description of_part = description.of_first_part();
+    Description of_part = description.of_part(0);
     for (uint32_t part = 0; part < description.parts.size(); ++part) {
-      of_part.take_sizes(description.parts[part]);
+      of_part.take_part(description, part);
       add_memory(memory, reader, of_part, part);
     }
     memory.add_shared_points(description.points);

@@ -25,24 +25,39 @@ bool has_varying_cells(std::span<const CodedBlock> blocks) {
 }
 
 /// Sizes that a description leaves open; corners where they do not follow from cells.
-void put_sizes(ByteWriter& out, const Mesh& part) {
-  out.put_count(part.point_count());
-  for (const CellBlock& block : part.blocks) out.put_count(block.size());
-  if (has_varying_cells(part.blocks)) out.put_count(part.corner_count());
+void put_sizes(ByteWriter& out, const MeshPart& part, size_t blocks) {
+  out.put_count(part.mesh.point_count());
+  put_block_cells(part.cells_by_block(), blocks, [&](uint64_t count) { out.put_count(count); });
+  if (has_varying_cells(part.mesh.blocks)) out.put_count(part.mesh.corner_count());
 }
 
-Result<Description> get_sizes(ByteReader& in, Description description) {
-  const uint64_t points = in.get_count();
-  uint64_t cells = 0, corners = 0;
-  for (CodedBlock& block : description.blocks) {
-    block.shape.cells = in.get_count();
+/// The blocks of a chart, and how many cells they have. Nothing where they make no sense.
+std::optional<std::vector<BlockCells>> get_blocks(ByteReader& in, size_t blocks) {
+  std::vector<BlockCells> cells;
+  const auto add = [&](uint32_t block, uint64_t count) {
+    cells.push_back({block, count});
     // Each count is below 2^32 before it is multiplied or added, so that no sum of the blocks can wrap.
-    if (block.shape.cells >= max_points) return corrupt("sizes that are none");
-    cells += block.shape.cells;
+    return count < max_points;
+  };
+  const auto get = [&] { return in.get_count(); };
+  if (!get_block_cells(
+          blocks, get, [&] { return in.ok(); }, add))
+    return std::nullopt;
+  return cells;
+}
+
+Result<Description> get_sizes(ByteReader& in, const ChartSet& set) {
+  const uint64_t points = in.get_count();
+  const auto blocks = get_blocks(in, set.blocks.size());
+  if (!blocks) return corrupt("sizes that are none");
+  Description description = set.description;
+  description.blocks = blocks_of_part(set.blocks, *blocks);
+  uint64_t corners = 0;
+  for (const CodedBlock& block : description.blocks)
     corners += block.shape.cells * nodes_of(block.shape.type);
-  }
   if (has_varying_cells(description.blocks)) corners = in.get_count();
-  if (!in.ok() || points > max_points || cells >= max_points) return corrupt("sizes that are none");
+  if (!in.ok() || points > max_points || description.cells() >= max_points)
+    return corrupt("sizes that are none");
   description.corners = corners;
   description.points = static_cast<uint32_t>(points);
   return description;
@@ -105,25 +120,20 @@ bool keep_freed_memory() {
   return true;
 }
 
-}  // namespace
-
-Description chart_description(const Description& file, uint32_t level) {
+Description chart_description(const Description& file, bool finest) {
   Description chart;
   chart.effort = file.effort;
   chart.memory = file.memory;
   chart.positions = file.positions;
   for (const ArrayDescription& array : file.arrays) {
-    if (level > 0 && array.domain == Domain::mesh) continue;
+    if (!finest && array.domain == Domain::mesh) continue;
     chart.arrays.push_back(array);
     chart.arrays.back().mesh_tuples = 0;
   }
-  if (level == 0) {
-    chart.blocks = file.blocks;
-  } else {
-    chart.blocks.push_back({"", {CellType::triangle, 0}});
-  }
   return chart;
 }
+
+}  // namespace
 
 std::vector<ArrayToCode> arrays_of_level(std::span<const ArrayToCode> arrays, uint32_t level) {
   std::vector<ArrayToCode> chosen;
@@ -134,20 +144,27 @@ std::vector<ArrayToCode> arrays_of_level(std::span<const ArrayToCode> arrays, ui
 }
 
 Result<ChartSet> chart_set(const Description& file, uint32_t set, Bytes tables) {
-  ChartSet result{chart_description(file, set), set == 0, {}};
+  ChartSet result;
+  result.finest = set == 0;
+  result.description = chart_description(file, result.finest);
+  if (result.finest) {
+    result.blocks = file.blocks;
+  } else {
+    result.blocks.push_back({"", {CellType::triangle, 0}});
+  }
   if (tables.empty()) return result;
   result.tables = MAILLE_TRY(SharedFanTables::read(tables, file.positions.type));
   return result;
 }
 
-std::vector<std::byte> chart_bytes(const Mesh& part, const EncodedPatch& patch,
+std::vector<std::byte> chart_bytes(const MeshPart& part, size_t blocks, const EncodedPatch& patch,
                                    std::optional<std::span<const SharedPoint>> shared) {
   ByteWriter out;
-  put_sizes(out, part);
+  put_sizes(out, part, blocks);
   std::vector<Bytes> streams{patch.topology.bytes};
   for (const CodedStream& stream : patch.arrays) streams.push_back(stream.bytes);
   if (shared)
-    put_section(out, encode_shared(*shared, static_cast<uint32_t>(part.point_count()), patch.border));
+    put_section(out, encode_shared(*shared, static_cast<uint32_t>(part.mesh.point_count()), patch.border));
   if (!shared) out.put_count(patch.arrays.size());
   out.put_count(patch.topology.key.number | patch.arrays[0].key.number << 4);
   for (size_t i = 0; i + 1 < streams.size(); ++i) out.put_count(streams[i].size());
@@ -166,7 +183,7 @@ struct OpenChart {
 Result<OpenChart> open_chart(const ChartSet& set, Bytes bytes) {
   ByteReader in(bytes);
   OpenChart chart;
-  chart.description = MAILLE_TRY(get_sizes(in, set.description));
+  chart.description = MAILLE_TRY(get_sizes(in, set));
   if (!set.finest) MAILLE_CHECK(keep_arrays(chart.description, in.get_count()));
   if (set.finest) chart.shared = in.get_bytes(in.get_count());
   MAILLE_CHECK(chart.streams.read(in, chart.description.arrays.size()));
@@ -194,6 +211,7 @@ Result<DecodedChart> decode_chart(const ChartSet& set, Bytes bytes, const Decode
   DecodedPatch patch = MAILLE_TRY(decode_patch(open.streams, description, 1, options, tables, buffers));
   DecodedChart chart;
   chart.mesh = std::move(patch.mesh);
+  chart.blocks = description.block_numbers();
   if (!patch.known_valid) {
     if (auto valid = validate(chart.mesh); !valid)
       return failure(ErrorCode::corrupt, std::move(valid).error().message);

@@ -11,6 +11,7 @@
 
 #include "description/description.h"
 #include "surface/fans/shared_fans.h"
+#include "surface/parts/mesh_parts.h"
 #include "surface/parts/shared_points.h"
 #include "surface/patch_memory.h"
 #include "surface/patch_streams.h"
@@ -20,25 +21,25 @@ namespace maille {
 /// A chart as bytes: its sizes, which of its points other charts of level 0 have as well, and the streams of
 /// a patch, as in mode `single`. docs/format.md, 17.3.
 
-/// What a chart of this level is described by: all blocks and arrays at level 0; one block of triangles, and
-/// no arrays of the mesh as a whole, at coarser levels. Without sizes.
-Description chart_description(const Description& file, uint32_t level);
 /// The arrays that charts of this level have; positions first.
 std::vector<ArrayToCode> arrays_of_level(std::span<const ArrayToCode> arrays, uint32_t level);
 
-/// The bytes of a chart. `part` are the cells that were encoded, with the number of points; `shared`: at
-/// level 0 alone.
-std::vector<std::byte> chart_bytes(const Mesh& part, const EncodedPatch& patch,
+/// The bytes of a chart. `part` are the cells that were encoded, with the number of points; `blocks`: how
+/// many the mesh has, 1 at coarser levels; `shared`: at level 0 alone.
+std::vector<std::byte> chart_bytes(const MeshPart& part, size_t blocks, const EncodedPatch& patch,
                                    std::optional<std::span<const SharedPoint>> shared);
 
 struct DecodedChart {
-  Mesh mesh;
+  Mesh mesh;                        ///< with the blocks that have cells in the chart
+  std::vector<uint32_t> blocks;     ///< by block: its place among those of the level, rising
   std::vector<SharedPoint> shared;  ///< by point, rising; not to show
 };
 
-/// What all charts of a level have: what a description leaves open differs.
+/// What all charts of a level have; sizes, and which of the blocks, differ.
 struct ChartSet {
-  Description description;  ///< chart_description() of the level
+  /// All arrays at level 0; at coarser ones those that do not belong to the mesh as a whole. No blocks.
+  Description description;
+  std::vector<CodedBlock> blocks;  ///< at level 0 those of the file; at coarser ones one, of triangles
   bool finest = false;
   SharedFanTables tables;  ///< empty where charts have their own
 };

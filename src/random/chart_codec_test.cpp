@@ -43,8 +43,12 @@ Chart chart_of(const Surface& shape, int effort) {
   return chart;
 }
 
+std::vector<std::byte> bytes_of(const Chart& chart, std::span<const SharedPoint> shared) {
+  return chart_bytes({chart.mesh, {0}, {}}, 1, chart.patch, shared);
+}
+
 std::vector<SharedPoint> decoded_points(const Chart& chart, const std::vector<SharedPoint>& shared) {
-  const std::vector<std::byte> bytes = chart_bytes(chart.mesh, chart.patch, shared);
+  const std::vector<std::byte> bytes = bytes_of(chart, shared);
   const auto decoded = decode_chart(chart.set, bytes, {});
   EXPECT_TRUE(decoded) << decoded.error().message;
   EXPECT_EQ(decoded->mesh.point_count(), chart.mesh.point_count());
@@ -93,7 +97,7 @@ TEST(ChartCodec, PointsOnTheBorderAreSharedForOneByte) {
   ASSERT_EQ(border.size(), 80);
   const size_t streams = chart.patch.topology.bytes.size() + chart.patch.arrays[0].bytes.size();
   // Points, cells and corners take two bytes each, the codings and the size of the topology one.
-  EXPECT_LE(chart_bytes(chart.mesh, chart.patch, border).size(), streams + 1 + 8);
+  EXPECT_LE(bytes_of(chart, border).size(), streams + 1 + 8);
   EXPECT_EQ(decoded_points(chart, border).size(), border.size());
 }
 
@@ -106,8 +110,7 @@ TEST(ChartCodec, DamageIsAnErrorOrAValidMesh) {
     Random random(seed);
     const Chart& chart = charts[seed % charts.size()];
     const std::vector<SharedPoint> shared{{0, 1}, {3, 0}, {5, 2}};
-    const auto decoded =
-        decode_chart(chart.set, damaged(chart_bytes(chart.mesh, chart.patch, shared), random), {});
+    const auto decoded = decode_chart(chart.set, damaged(bytes_of(chart, shared), random), {});
     if (!decoded) continue;
     EXPECT_TRUE(validate(decoded->mesh));
     for (const SharedPoint& point : decoded->shared) EXPECT_LT(point.point, decoded->mesh.point_count());
@@ -116,7 +119,7 @@ TEST(ChartCodec, DamageIsAnErrorOrAValidMesh) {
 
 TEST(ChartCodec, FansWithoutTheTablesOfTheFileAreAnError) {
   Chart chart = chart_of(triangulated(shapes::grid(9, 7)), 2);
-  const auto bytes = chart_bytes(chart.mesh, chart.patch, std::span<const SharedPoint>());
+  const auto bytes = bytes_of(chart, std::span<const SharedPoint>());
   chart.set.tables = {};
   const auto decoded = decode_chart(chart.set, bytes, {});
   ASSERT_FALSE(decoded);

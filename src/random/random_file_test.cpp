@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
+#include <string>
 
 #include "random/mesh_geometry.h"
 #include "support/cases.h"
@@ -341,6 +343,38 @@ TEST(RandomFile, SimplifiesFarFromZero) {
     return inspect(*memory_source(Bytes(file.bytes)))->faces_of_level;
   };
   EXPECT_EQ(faces(near), faces(far));
+}
+
+TEST(RandomFile, HasChartsOfTheBlocksThatHaveCellsInThem) {
+  Mesh mesh = to_mesh(triangulated(shapes::grid(40, 40)));
+  const CellBlock all = mesh.blocks[0];
+  // 533 blocks of six triangles; the last one has two.
+  mesh.blocks.clear();
+  for (size_t i = 0; i < all.connectivity.size(); i += 18) {
+    CellBlock& block = mesh.blocks.emplace_back();
+    block.type = CellType::triangle;
+    block.name = std::to_string(i);
+    const auto first = all.connectivity.begin() + static_cast<ptrdiff_t>(i);
+    block.connectivity.assign(first, first + std::min<ptrdiff_t>(18, all.connectivity.end() - first));
+  }
+  const RandomFile file = random_file(mesh, {}, 128);
+  ASSERT_EQ(file.error, "");
+  std::map<std::string, uint64_t> cells;
+  const auto source = memory_source(Bytes(file.bytes));
+  File open = File::open(*source).value();
+  for (uint32_t g = 0; g < open.groups(); ++g) {
+    const GroupInfo group = open.group(g).value();
+    for (uint32_t c = 0; group.level == 0 && c < group.charts.size(); ++c) {
+      const Mesh chart = open.read({g, c}).value();
+      EXPECT_LT(chart.blocks.size(), 130u);
+      for (const CellBlock& block : chart.blocks) {
+        EXPECT_GT(block.size(), 0u);
+        cells[block.name] += block.size();
+      }
+    }
+  }
+  ASSERT_EQ(cells.size(), mesh.blocks.size());
+  for (const CellBlock& block : mesh.blocks) EXPECT_EQ(cells[block.name], block.size()) << block.name;
 }
 
 /// All triangles of a mesh.

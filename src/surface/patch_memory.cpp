@@ -47,7 +47,8 @@ double joining_memory(const Description& whole) {
   };
   add(whole.positions);
   for (const ArrayDescription& array : whole.arrays) add(array);
-  return largest + 8 * static_cast<double>(whole.points);
+  return largest + 8 * static_cast<double>(whole.points) +
+         sizeof(CellBlock) * static_cast<double>(whole.blocks.size());
 }
 
 double ordering_memory(const Description& whole) {
@@ -56,13 +57,13 @@ double ordering_memory(const Description& whole) {
 }
 
 void PatchesMemory::add_description(const Description& whole, unsigned copies) {
-  meshes += copies * static_cast<double>(whole.memory);
+  meshes += copies * static_cast<double>(whole.memory + whole.block_memory());
 }
 
-// A patch has a description of its own while it is decoded, and the names and labels of its arrays
-// afterwards.
+// A patch has a description of its own while it is decoded, and the names of its blocks and the names and
+// labels of its arrays afterwards.
 void PatchesMemory::add_patch(const Description& patch, double bytes, bool front) {
-  const auto described = static_cast<double>(patch.memory);
+  const auto described = static_cast<double>(patch.memory + patch.block_memory());
   meshes +=
       memory_of(patch) + bytes + described + sizeof(CellBlock) * static_cast<double>(patch.blocks.size());
   working = std::max(working, working_memory(patch, front) + described);

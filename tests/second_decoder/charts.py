@@ -4,7 +4,7 @@ import arrays
 import single
 from around import POLYGONS, Header
 from container import Fields, beyond, hash64
-from description import CELLS, CORNERS, MESH, NODES, POINTS, TRIANGLE, Description
+from description import CELLS, CORNERS, MESH, NODES, POINTS, TRIANGLE, Description, cells_by_block
 from entropy import CodedSequence
 from fans import fan_tables
 
@@ -36,8 +36,8 @@ def chart(data, description, level, table_set):
     fields = Fields(data)
     points, own = fields.count(), description.arrays
     blocks = description.blocks if level == 0 else [SimpleNamespace(type=TRIANGLE)]
-    cells = [fields.count() for _ in blocks]
-    fixed = all(NODES[b.type] for b in blocks)
+    cells = cells_by_block(fields, len(blocks))
+    fixed = all(NODES[b.type] for b, n in zip(blocks, cells) if n)
     corners = sum(n * NODES[b.type] for n, b in zip(cells, blocks)) if fixed else fields.count()
     shared = fields.section() if level == 0 else None
     if level:  # triangles, and some arrays

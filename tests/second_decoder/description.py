@@ -42,6 +42,15 @@ class Array:
         self.dtype = DTYPES[self.type]
         self.of_bits = "u" + self.dtype[1]
 
+def cells_by_block(fields, blocks):
+    """Of a part; behind a 0 the number of blocks more that have none."""
+    cells = []
+    while len(cells) < blocks:
+        cells.append(fields.count())
+        cells += [] if cells[-1] else [0] * fields.count()
+    assert len(cells) == blocks, "blocks that there are not"
+    return cells
+
 class Description:
     def __init__(self, stream):
         fields = Fields(plain(Fields(stream)))
@@ -50,7 +59,7 @@ class Description:
         self.split_points = fields.count() if self.welded else None
         self.corners = fields.count()
         self.blocks = fields.list(lambda: self.block(fields))
-        self.parts = fields.list(lambda: (fields.count(), fields.count(), fields.list(fields.count)))
+        self.parts = fields.list(lambda: (fields.count(), fields.count(), cells_by_block(fields, len(self.blocks))))
         self.positions = Array(fields)
         self.arrays = fields.list(lambda: Array(fields))
         fields.list(lambda: (fields.text(), fields.text())), fields.text()  # metadata, provenance

@@ -20,10 +20,11 @@ def joined(lists): return [x for part in lists for x in part]
 class Patch:
     """A mesh or a part of it: its streams by name and number, and the counts of 11.1."""
 
-    def __init__(self, streams, description, points, corners, cells, shared=None):
+    def __init__(self, streams, description, points, corners, cells, shared=None, whole=False):
         """`shared`: tables of charts (17.7)."""
         self.points = points
-        described = [SimpleNamespace(type=b.type, cells=n) for b, n in zip(description.blocks, cells)]
+        here = [b for b, n in enumerate(cells) if n or whole]  # 11: a part has the blocks with cells
+        described = [SimpleNamespace(type=description.blocks[b].type, cells=cells[b]) for b in here]
         topo = next(n for name, n in streams if name == "TOPO")
         if topo == 0:
             raise Unread("connectivity over a front: efforts 7 to 9")
@@ -31,8 +32,9 @@ class Patch:
         self.loose = joined(fans.loose)
         self.cells = [(described[b].type, face) for b, face in zip(fans.block, fans.faces)] + self.loose
         number = iter(range(len(fans.faces), len(self.cells)))  # 12.5: order in the mesh, by block
-        self.order = [[f for f, own in enumerate(fans.block) if own == b] + [next(number) for _ in loose]
-                      for b, loose in enumerate(fans.loose)]
+        self.order = [[] for _ in cells]
+        for b, loose in enumerate(fans.loose):
+            self.order[here[b]] = [f for f, own in enumerate(fans.block) if own == b] + [next(number) for _ in loose]
         self.blocks = self.in_blocks(self.cells)
         if ("POSI", 0) in streams:
             positions = arrays.decode(streams["POSI", 0], description.positions, self)
@@ -135,7 +137,7 @@ def decode(container):
         shared = [shared_points(sections.section(), border_of(patch)) for patch in patches]
         mesh = join(d, patches, shared, patches[0].values)
     else:
-        patch = Patch(by_patch[0], d, d.points, d.corners, [b.cells for b in d.blocks])
+        patch = Patch(by_patch[0], d, d.points, d.corners, [b.cells for b in d.blocks], whole=True)
         mesh = Mesh(d, patch.blocks, patch.values)
         if d.welded:
             split_twins(mesh, patch)

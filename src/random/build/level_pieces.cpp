@@ -47,6 +47,9 @@ MeshPart part_of(const Piece& piece, const FaceLists& faces, std::span<const uin
   part.mesh.points.resize(part.numbers.points.size());
   nodes.resize(corners);
   block.connectivity = std::move(nodes);
+  // A chart has no blocks without cells.
+  if (chosen.empty()) part.mesh.blocks.clear();
+  part.blocks.resize(part.mesh.blocks.size());
   return part;
 }
 
@@ -102,18 +105,19 @@ Result<ChartOfPiece> code_chart(const Piece& piece, const PieceRules& rules, Mes
   coded.sphere = chart.sphere;
   coded.extent.faces = static_cast<uint32_t>(part.numbers.cells.size());
   std::vector<uint32_t> corners;
-  for (const uint32_t v : part.mesh.blocks[0].connectivity) corners.push_back(part.numbers.points[v]);
+  for (const CellBlock& block : part.mesh.blocks) {
+    for (const uint32_t v : block.connectivity) corners.push_back(part.numbers.points[v]);
+  }
   coded.extent.box = box_in_space(corners, *piece.positions, chart.sphere.centre + rules.origin);
-  const auto& [mesh, numbers] = part;
   EncodedPatch patch =
-      MAILLE_TRY(encode_chart(mesh, numbers, piece.arrays, rules.of_chart, rules.tables[set]));
+      MAILLE_TRY(encode_chart(part.mesh, part.numbers, piece.arrays, rules.of_chart, rules.tables[set]));
   if (shared != nullptr) {
     patch.arrays.resize(patch.arrays.size() + rules.mesh_arrays);
     const std::vector<SharedPoint> points = shared->of(patch.sources.points);
-    coded.bytes = chart_bytes(part.mesh, patch, points);
+    coded.bytes = chart_bytes(part, 1, patch, points);
     if (rules.of_chart.order == Order::keep) coded.order = order_of(piece, patch.sources);
   } else {
-    coded.bytes = chart_bytes(part.mesh, patch, std::nullopt);
+    coded.bytes = chart_bytes(part, 1, patch, std::nullopt);
   }
   coded.topology = patch.topology.bytes.size();
   for (const CodedStream& stream : patch.arrays) coded.arrays.push_back(stream.bytes.size());

@@ -58,6 +58,9 @@ MeshPart coarse_part(const Chart& chart, std::span<const uint32_t> corners, cons
   CellBlock& block = part.mesh.blocks.emplace_back();
   block.type = CellType::triangle;
   block.connectivity = std::move(triangles);
+  // A chart has no blocks without cells.
+  if (block.connectivity.empty()) part.mesh.blocks.clear();
+  part.blocks.resize(part.mesh.blocks.size());
   for (uint32_t i = 0; i < chart.face_count(); ++i) {
     part.numbers.cells.push_back(chart.origins.empty() ? i : chart.origins[i]);
     part.numbers.first_corner.push_back(3 * i);
@@ -134,7 +137,7 @@ class RandomEncoder {
     MeshParts parts(mesh_, part_of, executor_);
     level_0_ = parts.count();
     patches_.resize(count);
-    meshes_.resize(count);
+    parts_.resize(count);
     const std::vector<ArrayToCode> coarse_arrays = arrays_of_level(arrays_, 1);
     const auto part_at = [&](size_t i) { return parts.take(i); };
     MAILLE_CHECK(encode_set(0, 0, level_0_, arrays_, part_at));
@@ -165,8 +168,8 @@ class RandomEncoder {
     const SharedFanEncoder shared = MAILLE_TRY(make_tables(set, parts));
     const auto encode_all = [&](const SharedFanEncoder& tables) {
       return for_each([&](size_t i) -> Result<> {
-        const auto& [part, numbers] = parts[i];
-        patches_[begin + i] = MAILLE_TRY(encode_chart(part, numbers, arrays, of_chart, tables));
+        patches_[begin + i] =
+            MAILLE_TRY(encode_chart(parts[i].mesh, parts[i].numbers, arrays, of_chart, tables));
         return {};
       });
     };
@@ -179,7 +182,10 @@ class RandomEncoder {
       MAILLE_CHECK(encode_all({}));
       keep_smaller(set, std::move(sharing), begin);
     }
-    for (size_t i = 0; i < parts.size(); ++i) meshes_[begin + i] = std::move(parts[i].mesh);
+    for (size_t i = 0; i < parts.size(); ++i) {
+      parts[i].numbers = {};
+      parts_[begin + i] = std::move(parts[i]);
+    }
     return {};
   }
   /// Tables of polygons have many symbols, and up to so many charts each may be smaller with its own: two of
@@ -218,8 +224,8 @@ class RandomEncoder {
                                     [&](uint32_t point) { return decoded_place(arrays_[0], point); });
     bytes_.resize(hierarchy_.charts.size());
     for (size_t i = 0; i < bytes_.size(); ++i) {
-      bytes_[i] = i < level_0_ ? chart_bytes(meshes_[i], patches_[i], shared[i])
-                               : chart_bytes(meshes_[i], patches_[i], std::nullopt);
+      bytes_[i] = i < level_0_ ? chart_bytes(parts_[i], mesh_.blocks.size(), patches_[i], shared[i])
+                               : chart_bytes(parts_[i], 1, patches_[i], std::nullopt);
       count_bytes(i);
     }
     for (size_t g = 0; g < indexed_.groups.size(); ++g) {
@@ -340,7 +346,7 @@ class RandomEncoder {
   Seams seams_;
   size_t level_0_ = 0;
   std::vector<EncodedPatch> patches_;          ///< by chart
-  std::vector<Mesh> meshes_;                   ///< by chart: its cells
+  std::vector<MeshPart> parts_;                ///< by chart: its cells, without their numbers
   std::vector<std::vector<std::byte>> bytes_;  ///< by chart
   std::array<std::vector<std::byte>, chart_sets> tables_;
   std::vector<uint64_t> mesh_array_bytes_;

@@ -23,16 +23,11 @@ JoinedPoints join_charts(std::span<const DecodedChart> charts) {
 namespace {
 
 /// A chart of level 0 without any cells or points.
-/// It stands in where nothing was selected or nothing is left, so that the result still has the blocks and
-/// arrays of the mesh.
+/// It stands in where nothing was selected or nothing is left, so that the result still has the arrays of the
+/// mesh.
 DecodedChart empty_chart(const Description& description, const DecodeOptions& options) {
   DecodedChart chart;
   chart.mesh.points = empty_like(description.positions);
-  for (const CodedBlock& coded : description.blocks) {
-    CellBlock& block = chart.mesh.blocks.emplace_back();
-    block.type = coded.shape.type;
-    if (nodes_of(block.type) == 0) block.offsets.push_back(0);
-  }
   for (const ArrayDescription& described : description.arrays) {
     if (is_wanted(options, described.name)) chart.mesh.arrays.push_back(empty_like(described));
   }
@@ -41,10 +36,9 @@ DecodedChart empty_chart(const Description& description, const DecodeOptions& op
 
 Mesh join(std::vector<DecodedChart> charts, const Description& description, Executor& executor) {
   const JoinedPoints joined = join_charts(charts);
-  std::vector<Mesh> parts;
-  for (DecodedChart& chart : charts) parts.push_back(std::move(chart.mesh));
-  Mesh mesh = merge_parts(std::move(parts), joined, executor);
-  for (size_t b = 0; b < mesh.blocks.size(); ++b) mesh.blocks[b].name = description.blocks[b].name;
+  std::vector<PartToMerge> parts;
+  for (DecodedChart& chart : charts) parts.push_back({std::move(chart.mesh), std::move(chart.blocks)});
+  Mesh mesh = merge_parts(std::move(parts), description.blocks, joined, executor);
   mesh.metadata = description.metadata;
   return mesh;
 }

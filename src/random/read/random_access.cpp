@@ -12,6 +12,7 @@
 #include "random/read/nearest_points.h"
 #include "random/read/random_reader.h"
 #include "random/read/selection.h"
+#include "surface/parts/merge_parts.h"
 
 namespace maille {
 namespace {
@@ -91,20 +92,19 @@ auto reach_of(const std::optional<SurfacePoint>& found) {
   return [&found] { return found ? found->distance : infinity; };
 }
 
-/// Which cells of charts joined are those of the component: in each block come those of chart after chart.
+/// Which cells of charts joined are those of the component.
 std::vector<bool> cells_kept(const Component& component, std::span<const DecodedChart> charts) {
   std::vector<bool> keep;
   std::vector<size_t> next(charts.size());
   std::vector<uint64_t> first(charts.size());
-  for (size_t b = 0; b < charts[0].mesh.blocks.size(); ++b) {
-    for (size_t c = 0; c < charts.size(); ++c) {
-      const std::vector<uint32_t>& cells = component.parts[c].cells;
-      const uint64_t end = first[c] + charts[c].mesh.blocks[b].size();
-      for (; first[c] < end; ++first[c]) {
-        const bool kept = next[c] < cells.size() && cells[next[c]] == first[c];
-        next[c] += kept;
-        keep.push_back(kept);
-      }
+  for (const BlockOfPart& here : blocks_in_order(charts)) {
+    const size_t c = here.part;
+    const std::vector<uint32_t>& cells = component.parts[c].cells;
+    const uint64_t end = first[c] + charts[c].mesh.blocks[here.block].size();
+    for (; first[c] < end; ++first[c]) {
+      const bool kept = next[c] < cells.size() && cells[next[c]] == first[c];
+      next[c] += kept;
+      keep.push_back(kept);
     }
   }
   return keep;

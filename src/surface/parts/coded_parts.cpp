@@ -153,12 +153,8 @@ Result<std::vector<Value>> for_each_patch(size_t count, size_t at_once, const Op
   return values;
 }
 
-PartDescription describe_part(const Mesh& part) {
-  PartDescription description;
-  description.points = static_cast<uint32_t>(part.point_count());
-  description.corners = part.corner_count();
-  for (const CellBlock& block : part.blocks) description.cells.push_back(block.size());
-  return description;
+PartDescription describe_part(const MeshPart& part) {
+  return {static_cast<uint32_t>(part.mesh.point_count()), part.mesh.corner_count(), part.cells_by_block()};
 }
 
 /// What joins the parts, and the numbers that the decoder will give their points.
@@ -206,7 +202,7 @@ Result<EncodedParts> encode_parts(const Mesh& mesh, std::span<const ArrayToCode>
       (for_each_patch<EncodedPatch>(parts.count(), parts.count(), options,
                                     [&](uint32_t i, const EncodeOptions& of_patch) -> Result<EncodedPatch> {
                                       MeshPart part = parts.take(i);
-                                      encoded.descriptions[i] = describe_part(part.mesh);
+                                      encoded.descriptions[i] = describe_part(part);
                                       return encode_part(std::move(part), i, arrays, of_patch);
                                     })));
   join(arrays[0], points, encoded);
@@ -215,9 +211,10 @@ Result<EncodedParts> encode_parts(const Mesh& mesh, std::span<const ArrayToCode>
 
 namespace {
 
-/// A part, and which of its points others have, too.
+/// A part, its blocks' places among those of the mesh, and which of its points others have, too.
 struct DecodedPart {
   DecodedPatch patch;
+  std::vector<uint32_t> blocks;
   std::vector<SharedPoint> shared;
 };
 
@@ -231,6 +228,7 @@ Result<DecodedPart> decode_part(const FileReader& reader, const Description& des
     if (auto valid = validate(mesh); !valid)
       return failure(ErrorCode::corrupt, std::move(valid).error().message);
   }
+  decoded.blocks = description.block_numbers();
   decoded.shared = MAILLE_TRY(decode_shared(shared, description.points, points_on_borders(mesh)));
   return decoded;
 }
@@ -251,10 +249,11 @@ JoinedPoints joined_points(std::span<const DecodedPart> parts) {
   return join_points(pieces);
 }
 
-Mesh merge(std::vector<DecodedPart> decoded, const JoinedPoints& joined, const DecodeOptions& options) {
-  std::vector<Mesh> parts;
-  for (DecodedPart& part : decoded) parts.push_back(std::move(part.patch.mesh));
-  return merge_parts(std::move(parts), joined, executor_of(options));
+Mesh merge(std::vector<DecodedPart> decoded, const Description& description, const JoinedPoints& joined,
+           const DecodeOptions& options) {
+  std::vector<PartToMerge> parts;
+  for (DecodedPart& part : decoded) parts.push_back({std::move(part.patch.mesh), std::move(part.blocks)});
+  return merge_parts(std::move(parts), description.blocks, joined, executor_of(options));
 }
 
 }  // namespace
@@ -270,7 +269,7 @@ Result<DecodedPatch> decode_parts(const FileReader& reader, const Description& d
   // Only now is it known how many points the parts have together.
   if (joined.count != description.points)
     return failure(ErrorCode::corrupt, "the parts have not the points of the mesh");
-  return DecodedPatch{merge(std::move(decoded), joined, options), true, {}, {}};
+  return DecodedPatch{merge(std::move(decoded), description, joined, options), true, {}, {}};
 }
 
 namespace {
@@ -323,7 +322,7 @@ Mesh merge_saved(std::vector<SavedPart> saved, const Description& description, L
   }
   for (DecodedPart& part : parts) drop_arrays(part.patch.mesh, description, lost);
   const JoinedPoints joined = joined_points(parts);
-  return merge(std::move(parts), joined, options);
+  return merge(std::move(parts), description, joined, options);
 }
 
 }  // namespace

@@ -11,7 +11,9 @@ namespace {
 /// What merging needs to know all the time. Parts write at different places, so they can do it at once;
 /// memory of a part goes as soon as it is merged.
 struct Merger {
-  std::vector<Mesh>& parts;
+  std::vector<PartToMerge>& parts;
+  std::span<const CodedBlock> blocks;
+  const std::vector<BlockOfPart> order;
   const JoinedPoints& joined;
   Executor& executor;
 
@@ -54,12 +56,12 @@ void copy_new_points(const JoinedPart& part, Copy copy) {
 
 template <class ArrayOf>
 Array merge_point_array(const Merger& merger, ArrayOf array_of) {
-  Array result = like(array_of(merger.parts[0]));
+  Array result = like(array_of(merger.parts[0].mesh));
   const size_t size = result.tuple_size();
   merger.prepare(result.bytes, merger.joined.count * size);
   merger.for_each_part([&](size_t p) {
     const JoinedPart& part = merger.joined.parts[p];
-    const Buffer<std::byte> from = std::move(array_of(merger.parts[p]).bytes);
+    const Buffer<std::byte> from = std::move(array_of(merger.parts[p].mesh).bytes);
     size_t out = part.first_new * size;
     if (merger.in_order())
       prepare_pages(result.bytes.data() + out, (part.points - part.joined.size()) * size);
@@ -80,19 +82,19 @@ Array merge_point_array(const Merger& merger, ArrayOf array_of) {
 /// Tuples of cells or corners: those of a block in part after part. `count_of` gives how many a block has.
 template <class ArrayOf, class CountOf>
 Array merge_cell_array(const Merger& merger, ArrayOf array_of, CountOf count_of) {
-  Array result = like(array_of(merger.parts[0]));
+  Array result = like(array_of(merger.parts[0].mesh));
   const size_t size = result.tuple_size();
   size_t bytes = 0;
-  for (Mesh& part : merger.parts) bytes += array_of(part).bytes.size();
+  for (PartToMerge& part : merger.parts) bytes += array_of(part.mesh).bytes.size();
   result.bytes.reserve(bytes);
+  // Blocks of one part come up in their order.
   std::vector<size_t> taken(merger.parts.size());
-  for (size_t b = 0; b < merger.parts[0].blocks.size(); ++b) {
-    for (size_t p = 0; p < merger.parts.size(); ++p) {
-      const auto first = array_of(merger.parts[p]).bytes.begin() + static_cast<ptrdiff_t>(taken[p]);
-      const size_t of_block = count_of(merger.parts[p].blocks[b]) * size;
-      result.bytes.insert(result.bytes.end(), first, first + static_cast<ptrdiff_t>(of_block));
-      taken[p] += of_block;
-    }
+  for (const BlockOfPart& here : merger.order) {
+    Mesh& part = merger.parts[here.part].mesh;
+    const auto first = array_of(part).bytes.begin() + static_cast<ptrdiff_t>(taken[here.part]);
+    const size_t of_block = count_of(part.blocks[here.block]) * size;
+    result.bytes.insert(result.bytes.end(), first, first + static_cast<ptrdiff_t>(of_block));
+    taken[here.part] += of_block;
   }
   return result;
 }
@@ -101,7 +103,7 @@ Array merge_cell_array(const Merger& merger, ArrayOf array_of, CountOf count_of)
 /// first part.
 Array merge_array(const Merger& merger, size_t i) {
   const auto array_of = [i](Mesh& mesh) -> Array& { return mesh.arrays[i]; };
-  switch (array_of(merger.parts[0]).domain) {
+  switch (array_of(merger.parts[0].mesh).domain) {
     case Domain::point:
       return merge_point_array(merger, array_of);
     case Domain::cell:
@@ -112,29 +114,31 @@ Array merge_array(const Merger& merger, size_t i) {
     case Domain::mesh:
       break;
   }
-  return std::move(array_of(merger.parts[0]));
+  return std::move(array_of(merger.parts[0].mesh));
 }
 
-/// Blocks without their connectivity; `corners` gets the place of each part's corners in each block.
+/// Blocks without their connectivity; `corners` gets by part, then by its block, the place of the block's
+/// corners in that of the whole.
 std::vector<CellBlock> merge_offsets(const Merger& merger, std::vector<std::vector<uint64_t>>& corners) {
-  std::vector<CellBlock> blocks;
-  corners.resize(merger.parts[0].blocks.size());
-  for (size_t b = 0; b < corners.size(); ++b) {
-    CellBlock& merged = blocks.emplace_back();
-    merged.name = merger.parts[0].blocks[b].name;
-    merged.type = merger.parts[0].blocks[b].type;
-    uint64_t before = 0;
-    for (const Mesh& part : merger.parts) {
-      const CellBlock& block = part.blocks[b];
-      corners[b].push_back(before);
-      merged.types.insert(merged.types.end(), block.types.begin(), block.types.end());
-      // The first offset of a further part is the last of the one before.
-      for (size_t i = merged.offsets.empty() ? 0 : 1; i < block.offsets.size(); ++i) {
-        merged.offsets.push_back(before + block.offsets[i]);
-      }
-      before += block.connectivity.size();
+  std::vector<CellBlock> blocks(merger.blocks.size());
+  std::vector<uint64_t> corners_of(blocks.size());
+  corners.resize(merger.parts.size());
+  for (const BlockOfPart& here : merger.order) {
+    CellBlock& merged = blocks[here.number];
+    const CellBlock& block = merger.parts[here.part].mesh.blocks[here.block];
+    const uint64_t before = corners_of[here.number];
+    corners[here.part].push_back(before);
+    merged.types.insert(merged.types.end(), block.types.begin(), block.types.end());
+    // The first offset of a further part is the last of the one before.
+    for (size_t i = merged.offsets.empty() ? 0 : 1; i < block.offsets.size(); ++i) {
+      merged.offsets.push_back(before + block.offsets[i]);
     }
-    merger.prepare(merged.connectivity, before);
+    corners_of[here.number] += block.connectivity.size();
+  }
+  for (size_t b = 0; b < blocks.size(); ++b) {
+    blocks[b].name = merger.blocks[b].name;
+    blocks[b].type = merger.blocks[b].shape.type;
+    merger.prepare(blocks[b].connectivity, corners_of[b]);
   }
   return blocks;
 }
@@ -145,15 +149,16 @@ std::vector<CellBlock> merge_blocks(const Merger& merger) {
   merger.for_each_part([&](size_t p) {
     // A table of the part's points; looking up ranks for each corner would take longer.
     const std::vector<uint32_t> numbers = merger.joined.parts[p].all_numbers();
-    for (size_t b = 0; b < blocks.size(); ++b) {
-      CellBlock& from = merger.parts[p].blocks[b];
-      Buffer<uint32_t>& to = blocks[b].connectivity;
-      if (merger.in_order())
-        prepare_pages(to.data() + corners[b][p], from.connectivity.size() * sizeof(uint32_t));
+    PartToMerge& part = merger.parts[p];
+    for (size_t b = 0; b < part.blocks.size(); ++b) {
+      CellBlock& from = part.mesh.blocks[b];
+      Buffer<uint32_t>& to = blocks[part.blocks[b]].connectivity;
+      const uint64_t first = corners[p][b];
+      if (merger.in_order()) prepare_pages(to.data() + first, from.connectivity.size() * sizeof(uint32_t));
       for (size_t begin = 0; begin < from.connectivity.size(); begin += piece_corners) {
         const size_t end = std::min(from.connectivity.size(), begin + piece_corners);
-        if (merger.in_order()) to.resize(corners[b][p] + end);
-        uint32_t* const out = to.data() + corners[b][p];
+        if (merger.in_order()) to.resize(first + end);
+        uint32_t* const out = to.data() + first;
         for (size_t i = begin; i < end; ++i) out[i] = numbers[from.connectivity[i]];
       }
       from = {};
@@ -165,11 +170,12 @@ std::vector<CellBlock> merge_blocks(const Merger& merger) {
 }  // namespace
 
 /// Points first, whose arrays are the largest, so that parts give their memory back early.
-Mesh merge_parts(std::vector<Mesh> parts, const JoinedPoints& joined, Executor& executor) {
-  const Merger merger{parts, joined, executor};
+Mesh merge_parts(std::vector<PartToMerge> parts, std::span<const CodedBlock> blocks,
+                 const JoinedPoints& joined, Executor& executor) {
+  const Merger merger{parts, blocks, blocks_in_order(parts), joined, executor};
   Mesh result;
   result.points = merge_point_array(merger, [](Mesh& mesh) -> Array& { return mesh.points; });
-  for (size_t i = 0; i < parts[0].arrays.size(); ++i) result.arrays.push_back(merge_array(merger, i));
+  for (size_t i = 0; i < parts[0].mesh.arrays.size(); ++i) result.arrays.push_back(merge_array(merger, i));
   result.blocks = merge_blocks(merger);
   return result;
 }

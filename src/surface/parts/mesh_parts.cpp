@@ -24,31 +24,42 @@ std::vector<uint32_t> find_unused_points(const Mesh& mesh, Executor& executor) {
   return unused;
 }
 
-/// Calls visit(block number, cell in its block, its number in the mesh) for ascending cells.
+/// Calls visit(block number, cell in its block) for ascending cells. Blocks without any are passed over, as
+/// there may be as many blocks as cells.
 template <class Visit>
-void visit_cells(const Mesh& mesh, std::span<const uint32_t> cells, Visit visit) {
-  uint64_t before = 0;
-  size_t next = 0;
-  for (size_t b = 0; b < mesh.blocks.size(); ++b) {
-    const uint64_t end = before + mesh.blocks[b].size();
-    for (; next < cells.size() && cells[next] < end; ++next) visit(b, cells[next] - before);
-    before = end;
+void visit_cells(std::span<const uint64_t> cells_before, std::span<const uint32_t> cells, Visit visit) {
+  size_t block = 0;
+  for (const uint32_t cell : cells) {
+    if (cell >= cells_before[block + 1]) {
+      const auto behind = std::upper_bound(cells_before.begin(), cells_before.end(), uint64_t{cell});
+      block = static_cast<size_t>(behind - cells_before.begin()) - 1;
+    }
+    visit(block, cell - cells_before[block]);
   }
 }
 
 /// Cells keep their order, and corners get the ranks of their points. Corners are counted first, so that
 /// nothing grows by doubling.
-void copy_cells(const Mesh& mesh, std::span<const uint32_t> cells, const RankedSet& points, Mesh& part) {
-  std::vector<size_t> corners(mesh.blocks.size());
-  visit_cells(mesh, cells, [&](size_t b, uint64_t cell) { corners[b] += mesh.blocks[b].cell(cell).size(); });
-  for (size_t b = 0; b < corners.size(); ++b) {
-    CellBlock& block = part.blocks.emplace_back();
-    block.type = mesh.blocks[b].type;
-    block.connectivity.reserve(corners[b]);
+void copy_cells(const Mesh& mesh, std::span<const uint64_t> cells_before, std::span<const uint32_t> cells,
+                const RankedSet& points, MeshPart& part) {
+  std::vector<size_t> corners;
+  visit_cells(cells_before, cells, [&](size_t b, uint64_t cell) {
+    if (part.blocks.empty() || part.blocks.back() != b) {
+      part.blocks.push_back(static_cast<uint32_t>(b));
+      corners.push_back(0);
+    }
+    corners.back() += mesh.blocks[b].cell(cell).size();
+  });
+  part.mesh.blocks.resize(part.blocks.size());
+  for (size_t k = 0; k < part.blocks.size(); ++k) {
+    part.mesh.blocks[k].type = mesh.blocks[part.blocks[k]].type;
+    part.mesh.blocks[k].connectivity.reserve(corners[k]);
   }
-  visit_cells(mesh, cells, [&](size_t b, uint64_t cell) {
+  size_t k = 0;
+  visit_cells(cells_before, cells, [&](size_t b, uint64_t cell) {
+    while (part.blocks[k] != b) ++k;
     const CellBlock& block = mesh.blocks[b];
-    CellBlock& taken = part.blocks[b];
+    CellBlock& taken = part.mesh.blocks[k];
     for (const uint32_t node : block.cell(cell)) taken.connectivity.push_back(points.rank(node));
     if (!block.types.empty()) taken.types.push_back(block.types[cell]);
     if (block.offsets.empty()) return;
@@ -58,7 +69,8 @@ void copy_cells(const Mesh& mesh, std::span<const uint32_t> cells, const RankedS
 }
 
 /// Counted over all blocks, as PartNumbers wants; of a mesh whose corners fit 32 bits.
-std::vector<uint32_t> first_corners(const Mesh& mesh, std::span<const uint32_t> cells) {
+std::vector<uint32_t> first_corners(const Mesh& mesh, std::span<const uint64_t> cells_before,
+                                    std::span<const uint32_t> cells) {
   std::vector<uint64_t> before;  // by block: corners of those before
   uint64_t corners = 0;
   for (const CellBlock& block : mesh.blocks) {
@@ -67,7 +79,7 @@ std::vector<uint32_t> first_corners(const Mesh& mesh, std::span<const uint32_t> 
   }
   std::vector<uint32_t> first;
   first.reserve(cells.size());
-  visit_cells(mesh, cells, [&](size_t b, uint64_t cell) {
+  visit_cells(cells_before, cells, [&](size_t b, uint64_t cell) {
     const auto in_block = mesh.blocks[b].cell(cell).data() - mesh.blocks[b].connectivity.data();
     first.push_back(static_cast<uint32_t>(before[b] + static_cast<uint64_t>(in_block)));
   });
@@ -76,8 +88,16 @@ std::vector<uint32_t> first_corners(const Mesh& mesh, std::span<const uint32_t> 
 
 }  // namespace
 
+std::vector<BlockCells> MeshPart::cells_by_block() const {
+  std::vector<BlockCells> cells;
+  for (size_t k = 0; k < blocks.size(); ++k) cells.push_back({blocks[k], mesh.blocks[k].size()});
+  return cells;
+}
+
 MeshParts::MeshParts(const Mesh& mesh, std::span<const uint32_t> part_of, Executor& executor, bool with_cells)
     : mesh_(mesh), with_cells_(with_cells), unused_points_(find_unused_points(mesh, executor)) {
+  cells_before_.push_back(0);
+  for (const CellBlock& block : mesh.blocks) cells_before_.push_back(cells_before_.back() + block.size());
   std::vector<size_t> count(1);
   for (const uint32_t part : part_of) {
     if (part >= count.size()) count.resize(size_t{part} + 1);
@@ -92,7 +112,7 @@ MeshPart MeshParts::take(size_t part) {
   MeshPart taken;
   std::vector<uint32_t> cells = std::move(cells_[part]);
   RankedSet points(mesh_.point_count());
-  visit_cells(mesh_, cells, [&](size_t b, uint64_t cell) {
+  visit_cells(cells_before_, cells, [&](size_t b, uint64_t cell) {
     for (const uint32_t node : mesh_.blocks[b].cell(cell)) points.add(node);
   });
   // Points of no cell must be in one part.
@@ -103,9 +123,9 @@ MeshPart MeshParts::take(size_t part) {
   taken.numbers.points = points.numbers();
   taken.mesh.points = make_array({}, Domain::point, Scalar::u8, 1);
   taken.mesh.points.resize(taken.numbers.points.size());
-  copy_cells(mesh_, cells, points, taken.mesh);
+  copy_cells(mesh_, cells_before_, cells, points, taken);
   if (with_cells_) {
-    taken.numbers.first_corner = first_corners(mesh_, cells);
+    taken.numbers.first_corner = first_corners(mesh_, cells_before_, cells);
     taken.numbers.cells = std::move(cells);
   }
   return taken;

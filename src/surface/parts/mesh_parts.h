@@ -7,6 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "description/block_cells.h"
+
 namespace maille {
 
 /// Where the elements of a part are in the whole mesh.
@@ -20,8 +22,11 @@ struct PartNumbers {
 /// A part of a mesh that is coded by itself: its cells in the order of the whole, its points numbered anew in
 /// that order. Points on the cut are in every part that meets there.
 struct MeshPart {
-  Mesh mesh;  ///< the blocks of the whole, some of them empty; so many points, but no positions or arrays
+  Mesh mesh;  ///< the blocks that have cells here; so many points, but no positions or arrays
+  std::vector<uint32_t> blocks;  ///< by block: its place among those of the whole, rising
   PartNumbers numbers;
+
+  std::vector<BlockCells> cells_by_block() const;
 };
 
 /// The parts that a partition names, by cell. Points without a cell belong to part 0. `mesh` must stay.
@@ -36,6 +41,7 @@ class MeshParts {
 
  private:
   const Mesh& mesh_;
+  std::vector<uint64_t> cells_before_;  // by block: of all blocks before it; and of all
   bool with_cells_;
   std::vector<std::vector<uint32_t>> cells_;  // by part
   std::vector<uint32_t> unused_points_;

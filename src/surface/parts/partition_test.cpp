@@ -95,15 +95,19 @@ TEST(MeshParts, HoldEachCellOnceWithItsPoints) {
       ASSERT_EQ(part.numbers.points.size(), part.mesh.point_count());
       ASSERT_EQ(part.numbers.cells.size(), part.mesh.cell_count());
       uint32_t next = 0;
-      for (size_t b = 0; b < mesh.blocks.size(); ++b) {
-        for (uint64_t i = 0; i < part.mesh.blocks[b].size(); ++i, ++next) {
+      ASSERT_EQ(part.blocks.size(), part.mesh.blocks.size());
+      EXPECT_TRUE(std::is_sorted(part.blocks.begin(), part.blocks.end()));
+      for (size_t own = 0; own < part.blocks.size(); ++own) {
+        const size_t b = part.blocks[own];
+        EXPECT_GT(part.mesh.blocks[own].size(), 0u);
+        for (uint64_t i = 0; i < part.mesh.blocks[own].size(); ++i, ++next) {
           const uint32_t cell = part.numbers.cells[next];
           EXPECT_EQ(part_of[cell], p);
           ++met[cell];
           uint32_t corner = part.numbers.first_corner[next];
           uint64_t before = 0;
           for (size_t k = 0; k < b; ++k) before += mesh.blocks[k].connectivity.size();
-          for (const uint32_t point : part.mesh.blocks[b].cell(i)) {
+          for (const uint32_t point : part.mesh.blocks[own].cell(i)) {
             EXPECT_EQ(part.numbers.points[point], mesh.blocks[b].connectivity[corner++ - before]);
           }
         }

@@ -57,18 +57,18 @@ class Reader : public PlainReader {
       : PlainReader(bytes, most_memory), tables_(tables) {}
   void map(NumberMap& value, Scalar type) {
     auto found = read_map(in(), type, &tables_);
-    demand(found.has_value());
+    require(found.has_value());
     if (!found) return;
     value = *found;
     take(value.table.size() * sizeof(double));
     table_numbers_ += value.table.size();
-    demand(table_numbers_ <= most_table_numbers);
+    require(table_numbers_ <= most_table_numbers);
     if (value.kind != NumberMap::Kind::ordered) return;
     if (value.factor != 0) type = Scalar::f32;
     const int byte = in().get<uint8_t>();  // significant digits, or 128 + decimals
     value.exponent = byte > 128 ? 128 - byte : byte;
-    demand(value.exponent <= most_digits(type));
-    demand(byte <= 128 || (type == Scalar::f32 && byte <= 128 + DecimalFloats::most_decimals));
+    require(value.exponent <= most_digits(type));
+    require(byte <= 128 || (type == Scalar::f32 && byte <= 128 + DecimalFloats::most_decimals));
   }
   bool at_end() { return PlainReader::at_end() && tables_.ok() && tables_.remaining() == 0; }
   /// Errors: memory_bound; corrupt, in these words.
