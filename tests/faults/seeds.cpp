@@ -9,6 +9,7 @@
 
 #include "support/codec.h"
 #include "support/data.h"
+#include "support/random_file.h"
 #include "support/random_mesh.h"
 #include "support/random_volume.h"
 #include "support/shapes.h"
@@ -107,6 +108,20 @@ void add_bounded_seeds(std::vector<Seed>& seeds) {
   }
 }
 
+/// Parts and charts that have some blocks of their mesh each.
+void add_seeds_in_blocks(std::vector<Seed>& seeds) {
+  RandomMeshOptions surface;
+  surface.faces = 60;
+  for (uint64_t number = 100; number < 104; ++number) {
+    const Mesh mesh = random_surface(number, surface);
+    EncodeOptions options;
+    options.effort = static_cast<int>(2 + number % 4);
+    add_seed(seeds, "charts " + std::to_string(number), random_file(mesh, options).bytes);
+    options.most_cells_per_part = 12;
+    encode_seed(seeds, "parts " + std::to_string(number), mesh, options);
+  }
+}
+
 }  // namespace
 
 std::vector<std::byte> content(const std::filesystem::path& path) {
@@ -140,6 +155,7 @@ std::vector<Seed> maille_seeds() {
     encode_seed(seeds, "mesh " + std::to_string(number), mesh, options);
   }
   add_bounded_seeds(seeds);
+  add_seeds_in_blocks(seeds);
   return seeds;
 }
 
