@@ -149,8 +149,8 @@ class File {
   uint32_t groups() const;
   /// Error: usage, for a group that is not there.
   [[nodiscard]] Result<GroupInfo> group(uint32_t number);
-  /// One chart as a mesh of its own: at level 0 with those of the blocks that have cells in it, under their
-  /// names; at coarser levels with one block of triangles.
+  /// One chart as a mesh of its own: at level 0 with all blocks of the mesh, most of them empty where there
+  /// are many; at coarser levels with one block of triangles.
   [[nodiscard]] Result<Mesh> read(const ChartPlace& place);
   /// Charts as one mesh. Of level 0 alone: with all blocks and arrays, bit for bit those of the original.
   /// With coarser charts: triangles, with values of points, cells and corners that the mesh has there; seams

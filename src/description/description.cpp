@@ -284,10 +284,14 @@ std::vector<uint32_t> Description::block_numbers() const {
   return numbers;
 }
 
+// As PlainReader counts them: short names need no memory of their own.
 uint64_t Description::block_memory() const {
+  const size_t short_name = std::string().capacity();
   uint64_t bytes = blocks.capacity() * sizeof(CodedBlock);
-  for (const CodedBlock& block : blocks)
-    bytes += block.name.capacity() + block.types.capacity() * sizeof(block.types[0]);
+  for (const CodedBlock& block : blocks) {
+    bytes += block.types.capacity() * sizeof(block.types[0]);
+    if (block.name.size() > short_name) bytes += block.name.size() + 1;
+  }
   return bytes;
 }
 
@@ -319,8 +323,7 @@ std::vector<CodedBlock> blocks_of_part(const std::vector<CodedBlock>& whole,
   std::vector<CodedBlock> blocks;
   blocks.reserve(cells.size());
   for (const BlockCells& here : cells) {
-    const CodedBlock& block = whole[here.block];
-    blocks.push_back({block.name, {block.shape.type, here.cells}, {}, here.block});
+    blocks.push_back({{}, {whole[here.block].shape.type, here.cells}, {}, here.block});
   }
   return blocks;
 }

@@ -89,7 +89,8 @@ struct Description {
   void take_part(const Description& whole, size_t part);
 };
 
-/// The blocks that have cells in a part, with so many cells; without their types.
+/// The blocks that have cells in a part, with so many cells; without their names, which a million parts may
+/// share, and without their types.
 std::vector<CodedBlock> blocks_of_part(const std::vector<CodedBlock>& whole,
                                        const std::vector<BlockCells>& cells);
 

@@ -215,6 +215,32 @@ TEST(Description, KeepsToTheMemoryAllowed) {
   EXPECT_EQ(error_of(huge), ErrorCode::memory_bound);
 }
 
+TEST(Description, CountsItsArraysApartFromItsBlocks) {
+  Description description = example();
+  description.parts.clear();
+  const uint64_t few = decode_description(encode(description), {}).value().memory;
+  for (int i = 0; i < 1000; ++i) description.blocks.push_back({std::to_string(i), {CellType::triangle, 0}});
+  const Description many = decode_description(encode(description), {}).value();
+  EXPECT_EQ(many.memory, few);
+  EXPECT_GE(many.block_memory(), 1000 * sizeof(CodedBlock));
+}
+
+TEST(Description, GivesPartsTheBlocksThatHaveCellsInThem) {
+  Description description = example();
+  description.blocks = {
+      {"a", {CellType::triangle, 5}}, {"b", {CellType::quad, 0}}, {"c", {CellType::line, 2}}};
+  description.corners = 19;
+  description.parts = {{400, 15, {{0, 5}}}, {300, 0, {}}, {300, 4, {{2, 2}}}};
+  const Description decoded = decode_description(encode(description), {}).value();
+  EXPECT_EQ(decoded.of_part(0).block_numbers(), (std::vector<uint32_t>{0}));
+  EXPECT_TRUE(decoded.of_part(1).blocks.empty());
+  const Description last = decoded.of_part(2);
+  EXPECT_EQ(last.block_numbers(), (std::vector<uint32_t>{2}));
+  EXPECT_EQ(last.blocks[0].shape.type, CellType::line);
+  EXPECT_EQ(last.cells(), 2u);
+  EXPECT_EQ(last.corners, 4u);
+}
+
 TEST(Description, TextsHaveABound) {
   Description long_text = example();
   long_text.provenance.assign(17 << 20, 'x');

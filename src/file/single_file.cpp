@@ -8,6 +8,8 @@
 
 #include <algorithm>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "base/named_error.h"
 #include "base/result.h"
@@ -176,12 +178,32 @@ Result<Description> read_description(const FileReader& reader, const Limits& lim
   return decode_description(MAILLE_TRY(reader.read_stream(description_key)), limits);
 }
 
-/// The bytes of a patch's streams, and what they decode to.
-void add_memory(PatchesMemory& memory, const FileReader& reader, const Description& patch, uint32_t number) {
-  const PatchSizes sizes = sizes_of_patch(reader, number, patch.arrays.size());
-  double bytes = static_cast<double>(sizes.topology);
-  for (const uint64_t array : sizes.arrays) bytes += static_cast<double>(array);
-  memory.add_patch(patch, bytes, is_of_front(reader, number));
+/// Bytes of streams: connectivity with twins, positions, then each array.
+struct StreamSizes {
+  uint64_t topology = 0;
+  std::vector<uint64_t> arrays;
+};
+/// Of all patches. Chunks are gone through once: patches times arrays may be claimed to be 10^12.
+StreamSizes sizes_of_streams(const FileReader& reader, size_t arrays) {
+  StreamSizes sizes;
+  sizes.arrays.resize(arrays + 1);
+  for (const ChunkRecord& record : reader.records()) {
+    const ChunkHeader& header = record.header;
+    const std::string_view type(header.type.data(), header.type.size());
+    if (type == "TOPO" || type == "TWIN") sizes.topology += header.size;
+    if (type == "POSI") sizes.arrays[0] += header.size;
+    if (type == "ARRY" && header.number < arrays) sizes.arrays[header.number + size_t{1}] += header.size;
+  }
+  return sizes;
+}
+
+/// What each of so many patches is decoded from; patch 0 with what is of the mesh as a whole.
+std::vector<double> bytes_of_patches(const FileReader& reader, size_t patches) {
+  std::vector<double> bytes(patches);
+  for (const ChunkRecord& record : reader.records()) {
+    if (record.header.patch < patches) bytes[record.header.patch] += record.header.size;
+  }
+  return bytes;
 }
 
 /// How many patches may be decoded at once. Error: memory_bound.
@@ -189,13 +211,14 @@ Result<size_t> patches_at_once(const FileReader& reader, const Description& desc
                                const Limits& limits) {
   PatchesMemory memory;
   memory.add_description(description, 2);  // the mesh has it, too
+  const std::vector<double> bytes = bytes_of_patches(reader, std::max<size_t>(description.parts.size(), 1));
   if (description.parts.empty()) {
-    add_memory(memory, reader, description, 0);
+    memory.add_patch(description, bytes[0], is_of_front(reader, 0));
   } else {
     Description of_part = description.of_part(0);
-    for (uint32_t part = 0; part < description.parts.size(); ++part) {
+    for (uint32_t part = 0; part < description.parts.size() && !memory.is_over(limits); ++part) {
       of_part.take_part(description, part);
-      add_memory(memory, reader, of_part, part);
+      memory.add_patch(of_part, bytes[part], is_of_front(reader, part));
     }
     memory.add_shared_points(description.points);
     memory.add_after(joining_memory(description));
@@ -297,16 +320,11 @@ Result<FileInfo> inspect_single(const Source& source, const Limits& limits) {
   info.format_minor = reader.header().minor;
   info.mode = reader.header().mode;
   info.file_bytes = source.size();
-  info.connectivity.coded_bytes = reader.stream_bytes(joins_key);
-  std::vector<uint64_t> coded(description.arrays.size() + 1);
-  for (uint32_t patch = 0; patch < info.parts; ++patch) {
-    const PatchSizes sizes = sizes_of_patch(reader, patch, description.arrays.size());
-    info.connectivity.coded_bytes += sizes.topology;
-    for (size_t i = 0; i < coded.size(); ++i) coded[i] += sizes.arrays[i];
-  }
-  info.positions = array_info(description, description.positions, coded[0]);
+  const StreamSizes coded = sizes_of_streams(reader, description.arrays.size());
+  info.connectivity.coded_bytes = reader.stream_bytes(joins_key) + coded.topology;
+  info.positions = array_info(description, description.positions, coded.arrays[0]);
   for (size_t i = 0; i < description.arrays.size(); ++i) {
-    info.arrays.push_back(array_info(description, description.arrays[i], coded[i + 1]));
+    info.arrays.push_back(array_info(description, description.arrays[i], coded.arrays[i + 1]));
   }
   info.chunks = reader.chunks();
   info.problems = reader.problems();

@@ -211,7 +211,7 @@ Result<DecodedChart> decode_chart(const ChartSet& set, Bytes bytes, const Decode
   DecodedPatch patch = MAILLE_TRY(decode_patch(open.streams, description, 1, options, tables, buffers));
   DecodedChart chart;
   chart.mesh = std::move(patch.mesh);
-  chart.blocks = description.block_numbers();
+  chart.block_numbers = description.block_numbers();
   if (!patch.known_valid) {
     if (auto valid = validate(chart.mesh); !valid)
       return failure(ErrorCode::corrupt, std::move(valid).error().message);

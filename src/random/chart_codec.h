@@ -30,9 +30,9 @@ std::vector<std::byte> chart_bytes(const MeshPart& part, size_t blocks, const En
                                    std::optional<std::span<const SharedPoint>> shared);
 
 struct DecodedChart {
-  Mesh mesh;                        ///< with the blocks that have cells in the chart
-  std::vector<uint32_t> blocks;     ///< by block: its place among those of the level, rising
-  std::vector<SharedPoint> shared;  ///< by point, rising; not to show
+  Mesh mesh;                            ///< with the blocks that have cells in the chart
+  std::vector<uint32_t> block_numbers;  ///< by block: its place among those of the level, rising
+  std::vector<SharedPoint> shared;      ///< by point, rising; not to show
 };
 
 /// What all charts of a level have; sizes, and which of the blocks, differ.

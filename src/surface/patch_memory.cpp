@@ -60,8 +60,8 @@ void PatchesMemory::add_description(const Description& whole, unsigned copies) {
   meshes += copies * static_cast<double>(whole.memory + whole.block_memory());
 }
 
-// A patch has a description of its own while it is decoded, and the names of its blocks and the names and
-// labels of its arrays afterwards.
+// A patch has a description of its own while it is decoded, and the names and labels of its arrays
+// afterwards.
 void PatchesMemory::add_patch(const Description& patch, double bytes, bool front) {
   const auto described = static_cast<double>(patch.memory + patch.block_memory());
   meshes +=

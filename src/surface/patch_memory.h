@@ -37,6 +37,9 @@ struct PatchesMemory {
   /// Where patches have more points together than the whole, lists say which of them are the same.
   void add_shared_points(double points_of_whole);
   void add_after(double bytes);
+  /// Whether it is too much already. A few bytes may claim millions of patches: nobody has to look at the
+  /// others then.
+  bool is_over(const Limits& limits) const { return meshes > static_cast<double>(limits.mesh_bytes); }
   /// How many patches may be decoded at once; one at least. Error: memory_bound.
   Result<size_t> at_once(const Limits& limits) const;
 };

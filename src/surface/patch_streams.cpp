@@ -574,18 +574,4 @@ bool is_of_front(const StreamSource& streams, uint32_t patch) {
          coding_of(streams, patch, positions_key) == front_coding;
 }
 
-PatchSizes sizes_of_patch(const FileReader& reader, uint32_t patch, size_t arrays) {
-  PatchSizes sizes;
-  const auto of_any = [&](KeyOfCoding key) {
-    uint64_t bytes = 0;
-    for (uint32_t coding = front_coding; coding <= last_coding; ++coding)
-      bytes += reader.stream_bytes(key(patch, coding));
-    return bytes;
-  };
-  sizes.topology = of_any(topology_key) + reader.stream_bytes(twins_key(patch));
-  sizes.arrays.push_back(of_any(positions_key));
-  for (size_t i = 0; i < arrays; ++i) sizes.arrays.push_back(reader.stream_bytes(array_key(patch, i)));
-  return sizes;
-}
-
 }  // namespace maille

@@ -108,11 +108,4 @@ inline StreamKey twins_key(uint32_t patch) {
   return {"TWIN", patch};
 }
 
-/// Bytes of these streams in a file.
-struct PatchSizes {
-  uint64_t topology = 0;         ///< with twins
-  std::vector<uint64_t> arrays;  ///< positions first
-};
-PatchSizes sizes_of_patch(const FileReader& reader, uint32_t patch, size_t arrays);
-
 }  // namespace maille

@@ -17,12 +17,14 @@ USUAL += [("texcoord", 9, 2, 3), ("colour", 1, 3, 2), ("colour", 1, 4, 2), ("col
 USUAL += [("tangent", 8, 4, 4), ("joints", 1, 4, 0), ("joints", 3, 4, 0), ("weights", 8, 4, 0)]
 
 def plain(fields, size=None):
-    """`size` bytes as they are, or coded as byte(M)."""
+    """11.1: `size` bytes as they are, or coded as byte(M)."""
     size = fields.count() if size is None else size
-    coded, content = fields.rest(), []
-    if len(coded) == size:
-        return coded
-    sequence = CodedSequence(coded)
+    coded = fields.rest()
+    return coded if len(coded) == size else unpacked(coded, size)
+
+def unpacked(coded, size):
+    assert len(coded) >= size // 64, "bytes that are packed too far"
+    sequence, content = CodedSequence(coded), []
     for _ in range(size):
         content.append(sequence.tree(8, "byte", content[-1] if content else 0))
     return bytes(content)

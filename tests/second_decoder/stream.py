@@ -2,7 +2,7 @@
 import numpy as np
 from cells import Cells
 from container import MORE, Fields, beyond
-from description import POINTS, Array, Mesh, plain
+from description import POINTS, Array, Mesh, plain, unpacked
 from entropy import Asker
 from maps import Map
 from single import ranges
@@ -15,7 +15,8 @@ class StreamDescription:
         fields = Fields(stream)
         size = fields.count()
         tables = Fields(plain(Fields(fields.section()), size) if size else b"")
-        fields = Fields(plain(fields))
+        size = fields.count()
+        fields = Fields(unpacked(fields.rest(), size))
         _, self.any_order, self.order_apart, self.mixed, self.mixed_values, self.gated = fields.take(6)
         self.positions = Array(fields, stream=True)
         self.arrays = fields.list(lambda: Array(fields, stream=True))

@@ -26,11 +26,12 @@ struct Piece {
   std::span<const uint32_t> cell_ids;  ///< of a window, if the order is kept
 };
 
-/// Some faces as a mesh of their own, whose points are those of the faces and `more`.
+/// Some faces as a mesh of their own, whose points are those of the faces and `more`. Without faces it has no
+/// block, as charts have none without cells.
 MeshPart part_of(const Piece& piece, const FaceLists& faces, std::span<const uint32_t> chosen,
                  std::span<const uint32_t> more) {
   MeshPart part;
-  CellBlock& block = part.mesh.blocks.emplace_back();
+  CellBlock block;
   block.type = piece.type;
   if (nodes_of(piece.type) == 0) block.offsets.push_back(0);
   std::vector<uint32_t> nodes;
@@ -45,11 +46,11 @@ MeshPart part_of(const Piece& piece, const FaceLists& faces, std::span<const uin
   nodes.insert(nodes.end(), more.begin(), more.end());
   part.numbers.points = rank_all(nodes);
   part.mesh.points.resize(part.numbers.points.size());
+  if (chosen.empty()) return part;
   nodes.resize(corners);
   block.connectivity = std::move(nodes);
-  // A chart has no blocks without cells.
-  if (chosen.empty()) part.mesh.blocks.clear();
-  part.blocks.resize(part.mesh.blocks.size());
+  part.mesh.blocks.push_back(std::move(block));
+  part.block_numbers = {0};
   return part;
 }
 
@@ -114,7 +115,7 @@ Result<ChartOfPiece> code_chart(const Piece& piece, const PieceRules& rules, Mes
   if (shared != nullptr) {
     patch.arrays.resize(patch.arrays.size() + rules.mesh_arrays);
     const std::vector<SharedPoint> points = shared->of(patch.sources.points);
-    coded.bytes = chart_bytes(part, 1, patch, points);
+    coded.bytes = chart_bytes(part, rules.blocks, patch, points);
     if (rules.of_chart.order == Order::keep) coded.order = order_of(piece, patch.sources);
   } else {
     coded.bytes = chart_bytes(part, 1, patch, std::nullopt);

@@ -56,6 +56,7 @@ struct PieceRules {
   EncodeOptions of_chart;       ///< without executor and progress
   std::vector<Array> arrays;    ///< positions, then those of the mesh; without tuples
   std::vector<ArrayMaps> maps;  ///< of these
+  size_t blocks = 1;            ///< of the mesh: none, or one
   size_t mesh_arrays = 0;       ///< of the mesh as a whole: no bytes in charts of level 0, but a size
   Vector3 origin;
   std::array<SharedFanEncoder, chart_sets> tables;

@@ -55,12 +55,13 @@ MeshPart coarse_part(const Chart& chart, std::span<const uint32_t> corners, cons
   for (size_t i = 0; i < chart.corners.size(); ++i) triangles[i] = seams.point_of[corners[chart.corners[i]]];
   part.numbers.points = rank_all(triangles);
   part.mesh.points.resize(part.numbers.points.size());
-  CellBlock& block = part.mesh.blocks.emplace_back();
-  block.type = CellType::triangle;
-  block.connectivity = std::move(triangles);
   // A chart has no blocks without cells.
-  if (block.connectivity.empty()) part.mesh.blocks.clear();
-  part.blocks.resize(part.mesh.blocks.size());
+  if (!triangles.empty()) {
+    CellBlock& block = part.mesh.blocks.emplace_back();
+    block.type = CellType::triangle;
+    block.connectivity = std::move(triangles);
+    part.block_numbers = {0};
+  }
   for (uint32_t i = 0; i < chart.face_count(); ++i) {
     part.numbers.cells.push_back(chart.origins.empty() ? i : chart.origins[i]);
     part.numbers.first_corner.push_back(3 * i);

@@ -97,6 +97,7 @@ class SourceEncoder {
     rules_.of_chart.progress = {};
     rules_.arrays.push_back(empty_array_of(description(), positions_of_source));
     rules_.arrays.insert(rules_.arrays.end(), description().arrays.begin(), description().arrays.end());
+    rules_.blocks = description().blocks.size();
     rules_.mesh_arrays = description().mesh_arrays.size();
     rules_.origin = windows_->origin();
     return {};

@@ -88,6 +88,16 @@ TEST(RandomSource, GivesRandomSurfacesBack) {
       "");
 }
 
+TEST(RandomSource, GivesPointsBackWithAnEmptyBlockAndWithNone) {
+  Mesh mesh = rough_sphere(12);
+  mesh.blocks.clear();
+  EXPECT_EQ(round_trip_in_parts(mesh, small_windows(40)), "");
+  EXPECT_EQ(round_trip(mesh, {}), "");
+  mesh.blocks.emplace_back().type = CellType::triangle;
+  EXPECT_EQ(round_trip_in_parts(mesh, small_windows(40)), "");
+  EXPECT_EQ(round_trip(mesh, {}), "");
+}
+
 TEST(RandomSource, GivesSurfacesBackAtEveryEffort) {
   for (const int effort : {1, 2, 5, 7}) {
     EncodeOptions options;

@@ -37,7 +37,7 @@ DecodedChart empty_chart(const Description& description, const DecodeOptions& op
 Mesh join(std::vector<DecodedChart> charts, const Description& description, Executor& executor) {
   const JoinedPoints joined = join_charts(charts);
   std::vector<PartToMerge> parts;
-  for (DecodedChart& chart : charts) parts.push_back({std::move(chart.mesh), std::move(chart.blocks)});
+  for (DecodedChart& chart : charts) parts.push_back({std::move(chart.mesh), std::move(chart.block_numbers)});
   Mesh mesh = merge_parts(std::move(parts), description.blocks, joined, executor);
   mesh.metadata = description.metadata;
   return mesh;

@@ -92,6 +92,18 @@ auto reach_of(const std::optional<SurfacePoint>& found) {
   return [&found] { return found ? found->distance : infinity; };
 }
 
+/// The blocks of a chart among all those of its level.
+std::vector<CellBlock> all_blocks(std::vector<CellBlock> some, std::span<const uint32_t> numbers,
+                                  std::span<const CodedBlock> described) {
+  std::vector<CellBlock> blocks(described.size());
+  for (size_t k = 0; k < numbers.size(); ++k) blocks[numbers[k]] = std::move(some[k]);
+  for (size_t b = 0; b < blocks.size(); ++b) {
+    blocks[b].type = described[b].shape.type;
+    blocks[b].name = described[b].name;
+  }
+  return blocks;
+}
+
 /// Which cells of charts joined are those of the component.
 std::vector<bool> cells_kept(const Component& component, std::span<const DecodedChart> charts) {
   std::vector<bool> keep;
@@ -188,7 +200,9 @@ Result<GroupInfo> File::group(uint32_t number) {
 Result<Mesh> File::read(const ChartPlace& place) {
   MAILLE_CHECK(state_->reader.find({place}));
   std::vector<DecodedChart> charts = MAILLE_TRY(state_->reader.read_charts({place}, nullptr, ChartUse::show));
-  return std::move(charts[0].mesh);
+  Mesh mesh = std::move(charts[0].mesh);
+  mesh.blocks = all_blocks(std::move(mesh.blocks), charts[0].block_numbers, state_->reader.blocks_of(place));
+  return mesh;
 }
 Result<Mesh> File::extract(const Selection& selection) {
   return state_->extract(selection, nullptr);

@@ -356,7 +356,7 @@ Result<size_t> RandomReader::charts_at_once(const std::vector<ChartPlace>& place
                                             const std::vector<ChartBytes>& bytes, ChartUse use) const {
   PatchesMemory memory;
   memory.add_description(description_, 4);  // both sets of charts and the mesh have it, too
-  for (size_t i = 0; i < places.size(); ++i) {
+  for (size_t i = 0; i < places.size() && !memory.is_over(options_.limits); ++i) {
     // Those that claim what makes no sense are told by decode().
     if (bytes[i]) (void)add_claimed_memory(set_of(places[i]), *bytes[i], memory);
   }

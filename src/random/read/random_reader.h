@@ -23,6 +23,8 @@ class RandomReader {
   static Result<RandomReader> open(const Source& source, const DecodeOptions& options);
 
   const Description& description() const { return description_; }
+  /// Of the charts of its level.
+  std::span<const CodedBlock> blocks_of(const ChartPlace& place) const { return set_of(place).blocks; }
   const ChartDirectory& directory() const { return directory_; }
   const ChartIndex& index() const { return index_; }
   const FileHeader& header() const { return header_; }

@@ -214,7 +214,7 @@ namespace {
 /// A part, its blocks' places among those of the mesh, and which of its points others have, too.
 struct DecodedPart {
   DecodedPatch patch;
-  std::vector<uint32_t> blocks;
+  std::vector<uint32_t> block_numbers;
   std::vector<SharedPoint> shared;
 };
 
@@ -228,7 +228,7 @@ Result<DecodedPart> decode_part(const FileReader& reader, const Description& des
     if (auto valid = validate(mesh); !valid)
       return failure(ErrorCode::corrupt, std::move(valid).error().message);
   }
-  decoded.blocks = description.block_numbers();
+  decoded.block_numbers = description.block_numbers();
   decoded.shared = MAILLE_TRY(decode_shared(shared, description.points, points_on_borders(mesh)));
   return decoded;
 }
@@ -252,7 +252,8 @@ JoinedPoints joined_points(std::span<const DecodedPart> parts) {
 Mesh merge(std::vector<DecodedPart> decoded, const Description& description, const JoinedPoints& joined,
            const DecodeOptions& options) {
   std::vector<PartToMerge> parts;
-  for (DecodedPart& part : decoded) parts.push_back({std::move(part.patch.mesh), std::move(part.blocks)});
+  for (DecodedPart& part : decoded)
+    parts.push_back({std::move(part.patch.mesh), std::move(part.block_numbers)});
   return merge_parts(std::move(parts), description.blocks, joined, executor_of(options));
 }
 

@@ -150,9 +150,9 @@ std::vector<CellBlock> merge_blocks(const Merger& merger) {
     // A table of the part's points; looking up ranks for each corner would take longer.
     const std::vector<uint32_t> numbers = merger.joined.parts[p].all_numbers();
     PartToMerge& part = merger.parts[p];
-    for (size_t b = 0; b < part.blocks.size(); ++b) {
+    for (size_t b = 0; b < part.block_numbers.size(); ++b) {
       CellBlock& from = part.mesh.blocks[b];
-      Buffer<uint32_t>& to = blocks[part.blocks[b]].connectivity;
+      Buffer<uint32_t>& to = blocks[part.block_numbers[b]].connectivity;
       const uint64_t first = corners[p][b];
       if (merger.in_order()) prepare_pages(to.data() + first, from.connectivity.size() * sizeof(uint32_t));
       for (size_t begin = 0; begin < from.connectivity.size(); begin += piece_corners) {

@@ -16,7 +16,7 @@ namespace maille {
 /// A part of a mesh, with the blocks that have cells in it.
 struct PartToMerge {
   Mesh mesh;
-  std::vector<uint32_t> blocks;  ///< by block: its place among those of the whole, rising
+  std::vector<uint32_t> block_numbers;  ///< by block: its place among those of the whole, rising
 };
 
 /// A block of a part.
@@ -30,7 +30,8 @@ template <class Parts>
 std::vector<BlockOfPart> blocks_in_order(const Parts& parts) {
   std::vector<BlockOfPart> order;
   for (uint32_t p = 0; p < parts.size(); ++p) {
-    for (uint32_t b = 0; b < parts[p].blocks.size(); ++b) order.push_back({parts[p].blocks[b], p, b});
+    for (uint32_t b = 0; b < parts[p].block_numbers.size(); ++b)
+      order.push_back({parts[p].block_numbers[b], p, b});
   }
   std::stable_sort(order.begin(), order.end(),
                    [](const BlockOfPart& a, const BlockOfPart& b) { return a.number < b.number; });

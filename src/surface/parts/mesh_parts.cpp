@@ -44,20 +44,20 @@ void copy_cells(const Mesh& mesh, std::span<const uint64_t> cells_before, std::s
                 const RankedSet& points, MeshPart& part) {
   std::vector<size_t> corners;
   visit_cells(cells_before, cells, [&](size_t b, uint64_t cell) {
-    if (part.blocks.empty() || part.blocks.back() != b) {
-      part.blocks.push_back(static_cast<uint32_t>(b));
+    if (part.block_numbers.empty() || part.block_numbers.back() != b) {
+      part.block_numbers.push_back(static_cast<uint32_t>(b));
       corners.push_back(0);
     }
     corners.back() += mesh.blocks[b].cell(cell).size();
   });
-  part.mesh.blocks.resize(part.blocks.size());
-  for (size_t k = 0; k < part.blocks.size(); ++k) {
-    part.mesh.blocks[k].type = mesh.blocks[part.blocks[k]].type;
+  part.mesh.blocks.resize(part.block_numbers.size());
+  for (size_t k = 0; k < part.block_numbers.size(); ++k) {
+    part.mesh.blocks[k].type = mesh.blocks[part.block_numbers[k]].type;
     part.mesh.blocks[k].connectivity.reserve(corners[k]);
   }
   size_t k = 0;
   visit_cells(cells_before, cells, [&](size_t b, uint64_t cell) {
-    while (part.blocks[k] != b) ++k;
+    while (part.block_numbers[k] != b) ++k;
     const CellBlock& block = mesh.blocks[b];
     CellBlock& taken = part.mesh.blocks[k];
     for (const uint32_t node : block.cell(cell)) taken.connectivity.push_back(points.rank(node));
@@ -70,18 +70,13 @@ void copy_cells(const Mesh& mesh, std::span<const uint64_t> cells_before, std::s
 
 /// Counted over all blocks, as PartNumbers wants; of a mesh whose corners fit 32 bits.
 std::vector<uint32_t> first_corners(const Mesh& mesh, std::span<const uint64_t> cells_before,
+                                    std::span<const uint64_t> corners_before,
                                     std::span<const uint32_t> cells) {
-  std::vector<uint64_t> before;  // by block: corners of those before
-  uint64_t corners = 0;
-  for (const CellBlock& block : mesh.blocks) {
-    before.push_back(corners);
-    corners += block.connectivity.size();
-  }
   std::vector<uint32_t> first;
   first.reserve(cells.size());
   visit_cells(cells_before, cells, [&](size_t b, uint64_t cell) {
     const auto in_block = mesh.blocks[b].cell(cell).data() - mesh.blocks[b].connectivity.data();
-    first.push_back(static_cast<uint32_t>(before[b] + static_cast<uint64_t>(in_block)));
+    first.push_back(static_cast<uint32_t>(corners_before[b] + static_cast<uint64_t>(in_block)));
   });
   return first;
 }
@@ -90,14 +85,19 @@ std::vector<uint32_t> first_corners(const Mesh& mesh, std::span<const uint64_t> 
 
 std::vector<BlockCells> MeshPart::cells_by_block() const {
   std::vector<BlockCells> cells;
-  for (size_t k = 0; k < blocks.size(); ++k) cells.push_back({blocks[k], mesh.blocks[k].size()});
+  for (size_t k = 0; k < block_numbers.size(); ++k)
+    cells.push_back({block_numbers[k], mesh.blocks[k].size()});
   return cells;
 }
 
 MeshParts::MeshParts(const Mesh& mesh, std::span<const uint32_t> part_of, Executor& executor, bool with_cells)
     : mesh_(mesh), with_cells_(with_cells), unused_points_(find_unused_points(mesh, executor)) {
   cells_before_.push_back(0);
-  for (const CellBlock& block : mesh.blocks) cells_before_.push_back(cells_before_.back() + block.size());
+  corners_before_.push_back(0);
+  for (const CellBlock& block : mesh.blocks) {
+    cells_before_.push_back(cells_before_.back() + block.size());
+    corners_before_.push_back(corners_before_.back() + block.connectivity.size());
+  }
   std::vector<size_t> count(1);
   for (const uint32_t part : part_of) {
     if (part >= count.size()) count.resize(size_t{part} + 1);
@@ -125,7 +125,7 @@ MeshPart MeshParts::take(size_t part) {
   taken.mesh.points.resize(taken.numbers.points.size());
   copy_cells(mesh_, cells_before_, cells, points, taken);
   if (with_cells_) {
-    taken.numbers.first_corner = first_corners(mesh_, cells_before_, cells);
+    taken.numbers.first_corner = first_corners(mesh_, cells_before_, corners_before_, cells);
     taken.numbers.cells = std::move(cells);
   }
   return taken;

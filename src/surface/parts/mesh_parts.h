@@ -23,7 +23,7 @@ struct PartNumbers {
 /// that order. Points on the cut are in every part that meets there.
 struct MeshPart {
   Mesh mesh;  ///< the blocks that have cells here; so many points, but no positions or arrays
-  std::vector<uint32_t> blocks;  ///< by block: its place among those of the whole, rising
+  std::vector<uint32_t> block_numbers;  ///< by block: its place among those of the whole, rising
   PartNumbers numbers;
 
   std::vector<BlockCells> cells_by_block() const;
@@ -41,7 +41,8 @@ class MeshParts {
 
  private:
   const Mesh& mesh_;
-  std::vector<uint64_t> cells_before_;  // by block: of all blocks before it; and of all
+  // By block: those of all blocks before it; then of all.
+  std::vector<uint64_t> cells_before_, corners_before_;
   bool with_cells_;
   std::vector<std::vector<uint32_t>> cells_;  // by part
   std::vector<uint32_t> unused_points_;

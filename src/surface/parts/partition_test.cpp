@@ -95,10 +95,10 @@ TEST(MeshParts, HoldEachCellOnceWithItsPoints) {
       ASSERT_EQ(part.numbers.points.size(), part.mesh.point_count());
       ASSERT_EQ(part.numbers.cells.size(), part.mesh.cell_count());
       uint32_t next = 0;
-      ASSERT_EQ(part.blocks.size(), part.mesh.blocks.size());
-      EXPECT_TRUE(std::is_sorted(part.blocks.begin(), part.blocks.end()));
-      for (size_t own = 0; own < part.blocks.size(); ++own) {
-        const size_t b = part.blocks[own];
+      ASSERT_EQ(part.block_numbers.size(), part.mesh.blocks.size());
+      EXPECT_TRUE(std::is_sorted(part.block_numbers.begin(), part.block_numbers.end()));
+      for (size_t own = 0; own < part.block_numbers.size(); ++own) {
+        const size_t b = part.block_numbers[own];
         EXPECT_GT(part.mesh.blocks[own].size(), 0u);
         for (uint64_t i = 0; i < part.mesh.blocks[own].size(); ++i, ++next) {
           const uint32_t cell = part.numbers.cells[next];
