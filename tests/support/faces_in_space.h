@@ -4,11 +4,11 @@
 
 #include <maille/mesh.h>
 
-#include <cmath>
 #include <vector>
 
 #include "random/build/spatial_graph.h"
 #include "support/shapes.h"
+#include "support/sine.h"
 
 namespace maille::testing {
 
@@ -46,7 +46,7 @@ inline FacesInSpace hills(uint32_t n, double height) {
   FacesInSpace result;
   for (uint32_t y = 0; y <= n; ++y) {
     for (uint32_t x = 0; x <= n; ++x) {
-      const double z = height * std::sin(0.3 * x) * std::cos(0.2 * y);
+      const double z = height * sine(0.3 * x) * cosine(0.2 * y);
       result.positions.insert(result.positions.end(),
                               {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)});
     }

@@ -7,6 +7,8 @@
 #include <string>
 #include <type_traits>
 
+#include "support/sine.h"
+
 namespace maille::testing {
 
 namespace {
@@ -100,7 +102,7 @@ void fill(Array& array, const Mesh& mesh, Random& random, Filling filling) {
       }
       default: {
         const double jump = seam != 0 && random.chance(seam) ? 30 : 0;
-        values[i] = from_double<T>(50 + jump + 40 * std::sin(0.1 * key + component));
+        values[i] = from_double<T>(50 + jump + 40 * sine(0.1 * key + component));
       }
     }
   }
@@ -110,8 +112,8 @@ void fill_unit_vectors(Array& array, Random& random) {
   const auto values = array.values<float>();
   for (size_t i = 0; i + 2 < values.size(); i += 3) {
     const double z = 2 * random.unit() - 1, u = 6.28 * random.unit(), r = std::sqrt(1 - z * z);
-    values[i] = static_cast<float>(r * std::cos(u));
-    values[i + 1] = static_cast<float>(r * std::sin(u));
+    values[i] = static_cast<float>(r * cosine(u));
+    values[i + 1] = static_cast<float>(r * sine(u));
     values[i + 2] = static_cast<float>(z);
   }
 }

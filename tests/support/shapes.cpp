@@ -8,6 +8,8 @@
 #include <map>
 #include <type_traits>
 
+#include "support/sine.h"
+
 namespace maille::testing {
 
 namespace {
@@ -92,7 +94,7 @@ Surface grid(uint32_t n, uint32_t m) {
   Surface surface;
   for (uint32_t j = 0; j <= m; ++j) {
     for (uint32_t i = 0; i <= n; ++i)
-      surface.points.push_back({double(i), double(j), std::sin(0.3 * i + 0.2 * j)});
+      surface.points.push_back({double(i), double(j), sine(0.3 * i + 0.2 * j)});
   }
   quads(surface, n, m, [&](uint32_t i, uint32_t j) { return j * (n + 1) + i; });
   return surface;
@@ -104,8 +106,8 @@ Surface torus(uint32_t n, uint32_t m) {
     for (uint32_t i = 0; i < n; ++i) {
       const double u = two_pi * i / n;
       const double v = two_pi * j / m;
-      const double r = 10 + 4 * std::cos(v);
-      surface.points.push_back({r * std::cos(u), r * std::sin(u), 4 * std::sin(v)});
+      const double r = 10 + 4 * cosine(v);
+      surface.points.push_back({r * cosine(u), r * sine(u), 4 * sine(v)});
     }
   }
   quads(surface, n, m, [&](uint32_t i, uint32_t j) { return (j % m) * n + i % n; });
@@ -119,8 +121,7 @@ Surface sphere(uint32_t slices, uint32_t stacks) {
     for (uint32_t i = 0; i < slices; ++i) {
       const double u = two_pi * i / slices;
       const double v = two_pi / 2 * j / stacks;
-      surface.points.push_back(
-          {10 * std::sin(v) * std::cos(u), 10 * std::sin(v) * std::sin(u), 10 * std::cos(v)});
+      surface.points.push_back({10 * sine(v) * cosine(u), 10 * sine(v) * sine(u), 10 * cosine(v)});
     }
   }
   surface.points.push_back({0, 0, -10});
@@ -143,8 +144,8 @@ Surface band(uint32_t n, uint32_t m, bool twisted) {
     for (uint32_t i = 0; i < n; ++i) {
       const double u = two_pi * i / n;
       const double w = m == 0 ? 0 : double(j) / m - 0.5;
-      const double r = 5 + (twisted ? w * std::cos(u / 2) : 0.0);
-      surface.points.push_back({r * std::cos(u), r * std::sin(u), twisted ? w * std::sin(u / 2) : w});
+      const double r = 5 + (twisted ? w * cosine(u / 2) : 0.0);
+      surface.points.push_back({r * cosine(u), r * sine(u), twisted ? w * sine(u / 2) : w});
     }
   }
   quads(surface, n, m,
@@ -176,7 +177,7 @@ Surface fan(uint32_t n, bool closed) {
   const uint32_t rim = closed ? n : n + 1;
   for (uint32_t i = 0; i < rim; ++i) {
     const double u = two_pi * i / (n + 1);
-    surface.points.push_back({std::cos(u), std::sin(u), 0});
+    surface.points.push_back({cosine(u), sine(u), 0});
   }
   for (uint32_t i = 0; i < n; ++i) surface.faces.push_back({0, 1 + i, 1 + (i + 1) % rim});
   return surface;
@@ -186,7 +187,7 @@ Surface book(uint32_t n) {
   Surface surface;
   surface.points = {{0, 0, 0}, {0, 0, 1}};
   for (uint32_t i = 0; i < n; ++i) {
-    surface.points.push_back({std::cos(double(i)), std::sin(double(i)), 0.5});
+    surface.points.push_back({cosine(double(i)), sine(double(i)), 0.5});
     surface.faces.push_back({0, 1, 2 + i});
   }
   return surface;
