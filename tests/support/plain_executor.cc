@@ -1,4 +1,4 @@
-// In the place of src/io/executor.cpp where tests run under ThreadSanitizer, which oneTBB is not compiled
+// In the place of src/io/posix/executor.cpp where tests run under ThreadSanitizer, which oneTBB is not compiled
 // with: it would see threads, and nothing that orders what they do.
 #include "support/three_threads.h"
 

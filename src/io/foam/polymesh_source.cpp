@@ -38,6 +38,8 @@ class LabelList {
   }
   uint64_t count() const { return count_; }
   bool at_end() const { return done_ == count_; }
+  /// Its length is a claim that costs no bytes.
+  bool is_repeated() const { return !values_ && count_ > 1; }
   Result<int64_t> next() {
     int64_t value = repeated_;
     if (at_end()) return file_.malformed("a list is shorter than another file says");
@@ -85,6 +87,9 @@ class FaceList {
     }
     list.places_.emplace(MAILLE_TRY(FoamReader::open_in_parts(folder, "faces")));
     MAILLE_CHECK(list.places_->begin());
+    // Faces of which each begins where the one before does. A few bytes may claim any number of them, which
+    // took a second, until temporary files were too large.
+    if (list.places_->is_repeated()) return file.malformed("there are faces without corners");
     MAILLE_CHECK(list.points_.begin());
     MAILLE_CHECK(list.points_.skip());
     MAILLE_CHECK(list.points_.begin());
