@@ -112,10 +112,10 @@ void visit_block(Visitor& v, Block& block) {
   });
 }
 
-void visit_cells(PlainWriter& v, const std::vector<BlockCells>& cells, uint64_t blocks) {
+void visit_block_cells(PlainWriter& v, const std::vector<BlockCells>& cells, uint64_t blocks) {
   put_block_cells(cells, blocks, [&](uint64_t count) { v.count(count, none - 1); });
 }
-void visit_cells(PlainReader& v, std::vector<BlockCells>& cells, uint64_t blocks) {
+void visit_block_cells(PlainReader& v, std::vector<BlockCells>& cells, uint64_t blocks) {
   const auto get = [&] {
     uint64_t count = 0;
     v.count(count, none - 1);
@@ -134,7 +134,7 @@ template <class Visitor, class Part>
 void visit_part(Visitor& v, Part& part, uint64_t blocks) {
   v.count(part.points, max_points);
   v.count(part.corners, none - 1);
-  visit_cells(v, part.cells, blocks);
+  visit_block_cells(v, part.cells, blocks);
 }
 
 template <class Visitor, class Whole>

@@ -69,7 +69,7 @@ Result<PieceReader> PieceReader::open_front(const Source& source, const DecodeOp
   reader.memory_ = reader.header_.memory;
   // Each piece has a description of its own, of the same arrays, which is there beside this one.
   if (reader.in_pieces_ && reader.memory_ > plain_memory(options.limits) / 2)
-    return with_name(Result<PieceReader>(failure(ErrorCode::memory_bound, texts_too_large)), source.name());
+    return failure(ErrorCode::memory_bound, source.name() + ": " + texts_too_large);
   return reader;
 }
 
