@@ -4,9 +4,9 @@
 
 namespace maille::testing {
 
-// Sines that are the same on every machine, so that meshes made of them are: those of C libraries differ in
-// the last digit, and a fifth of check-determinism's meshes were other ones on i386. Plain arithmetic is
-// exact everywhere, as nothing is fused or reordered (CMakeLists.txt).
+// Sines that are the same on every machine, so that more meshes made of them are: those of C libraries differ
+// in the last digit. Of check-determinism's 2,507 files WebAssembly had the input of 2,162 before, of 2,342
+// now. Plain arithmetic is exact everywhere, as nothing is fused or reordered (CMakeLists.txt).
 
 /// 1 - x / (k (k + 1)) (1 - x / ((k + 2) (k + 3)) (...)), x = r^2: Taylor's series of sin(r) / r with k = 2,
 /// of cos(r) with k = 1. For |r| below pi / 4 what is left out is below 1e-17.
