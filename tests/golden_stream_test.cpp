@@ -12,10 +12,9 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 
 #include "support/data.h"
+#include "support/files.h"
 #include "support/temporary_folder.h"
 
 namespace maille::testing {
@@ -217,20 +216,6 @@ std::vector<GoldenFile> goldens() {
 
 const std::filesystem::path folder = tests_folder() + "/golden/stream";
 
-std::vector<std::byte> read(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::stringstream text;
-  text << file.rdbuf();
-  const std::string content = text.str();
-  const auto bytes = std::as_bytes(std::span(content));
-  return {bytes.begin(), bytes.end()};
-}
-
-void write(const std::filesystem::path& path, const std::vector<std::byte>& bytes) {
-  std::ofstream file(path, std::ios::binary);
-  file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-}
-
 std::vector<std::byte> encoded(const GoldenFile& golden) {
   std::vector<std::byte> bytes;
   const auto report = encode(golden.mesh, *memory_sink(bytes), golden.options);
@@ -249,10 +234,10 @@ Mesh second_step() {
 std::vector<std::byte> with_step(const std::vector<std::byte>& file) {
   const testing::TemporaryFolder temporary;
   const std::string path = temporary.path("step.maille");
-  write(path, file);
+  write_bytes(path, file);
   const auto report = append_step(path, 0.5, second_step());
   EXPECT_TRUE(report) << report.error().message;
-  return read(path);
+  return read_bytes(path);
 }
 
 class GoldenStream : public ::testing::Test {
@@ -264,8 +249,8 @@ class GoldenStream : public ::testing::Test {
     std::filesystem::create_directories(folder);
     for (const GoldenFile& golden : goldens()) {
       const std::vector<std::byte> bytes = encoded(golden);
-      write(folder / (golden.name + ".maille"), bytes);
-      if (golden.name == "fields") write(folder / "steps.maille", with_step(bytes));
+      write_bytes(folder / (golden.name + ".maille"), bytes);
+      if (golden.name == "fields") write_bytes(folder / "steps.maille", with_step(bytes));
     }
   }
 };
@@ -278,7 +263,7 @@ CompareOptions strict() {
 
 TEST_F(GoldenStream, FilesAreDecoded) {
   for (const GoldenFile& golden : goldens()) {
-    const auto mesh = decode(*memory_source(Bytes(read(folder / (golden.name + ".maille")))));
+    const auto mesh = decode(*memory_source(Bytes(read_bytes(folder / (golden.name + ".maille")))));
     ASSERT_TRUE(mesh) << golden.name << ": " << mesh.error().message;
     EXPECT_EQ(mesh->cell_count(), golden.mesh.cell_count());
     EXPECT_TRUE(golden.is_lossy || compare(golden.mesh, *mesh, strict()).equal) << golden.name;
@@ -287,12 +272,12 @@ TEST_F(GoldenStream, FilesAreDecoded) {
 
 TEST_F(GoldenStream, FilesAreWrittenByteForByte) {
   for (const GoldenFile& golden : goldens())
-    EXPECT_TRUE(encoded(golden) == read(folder / (golden.name + ".maille"))) << golden.name;
+    EXPECT_TRUE(encoded(golden) == read_bytes(folder / (golden.name + ".maille"))) << golden.name;
 }
 
 TEST_F(GoldenStream, StepsAreReadAndAppendedByteForByte) {
-  const std::vector<std::byte> file = read(folder / "steps.maille");
-  EXPECT_TRUE(with_step(read(folder / "fields.maille")) == file);
+  const std::vector<std::byte> file = read_bytes(folder / "steps.maille");
+  EXPECT_TRUE(with_step(read_bytes(folder / "fields.maille")) == file);
   DecodeOptions options;
   options.step = 1;
   const auto mesh = decode(*memory_source(Bytes(file)), options);

@@ -13,6 +13,7 @@
 #include "base/hash.h"
 #include "support/codec.h"
 #include "support/data.h"
+#include "support/files.h"
 #include "support/random_mesh.h"
 #include "support/shapes.h"
 
@@ -373,9 +374,7 @@ void write_all() {
   for (const GoldenFile& golden : goldens()) {
     const auto encoded = encode_bytes(golden.mesh, golden.options);
     ASSERT_TRUE(encoded) << golden.name << ": " << encoded.error().message;
-    std::ofstream file(folder / (golden.name + ".maille"), std::ios::binary);
-    file.write(reinterpret_cast<const char*>(encoded->bytes.data()),
-               static_cast<std::streamsize>(encoded->bytes.size()));
+    write_bytes(folder / (golden.name + ".maille"), encoded->bytes);
     const auto decoded = decode_bytes(encoded->bytes);
     ASSERT_TRUE(decoded) << golden.name << ": " << decoded.error().message;
     digests << golden.name << ' ' << digest(*decoded) << '\n';

@@ -7,12 +7,11 @@
 
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 
 #include "random/random_layout.h"
 #include "support/codec.h"
 #include "support/data.h"
+#include "support/files.h"
 #include "support/format_document.h"
 #include "support/random_file.h"
 #include "support/shapes.h"
@@ -83,15 +82,10 @@ TEST(RandomGolden, FilesAreReadAndWritten) {
     ASSERT_EQ(written.error, "") << golden.name;
     if (is_update()) {
       std::filesystem::create_directories(tests_folder() + "/golden/random");
-      std::ofstream(path_of(golden.name), std::ios::binary)
-          .write(reinterpret_cast<const char*>(written.bytes.data()),
-                 static_cast<std::streamsize>(written.bytes.size()));
+      write_bytes(path_of(golden.name), written.bytes);
     }
-    std::ifstream file(path_of(golden.name), std::ios::binary);
-    const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-    const Bytes recorded = std::as_bytes(std::span(text));
-    EXPECT_TRUE(std::equal(recorded.begin(), recorded.end(), written.bytes.begin(), written.bytes.end()))
-        << golden.name << ": the encoder writes other bytes";
+    const std::vector<std::byte> recorded = read_bytes(path_of(golden.name));
+    EXPECT_TRUE(recorded == written.bytes) << golden.name << ": the encoder writes other bytes";
     const auto decoded = decode(*memory_source(recorded));
     ASSERT_TRUE(decoded) << golden.name << ": " << decoded.error().message;
     EXPECT_EQ(differences_between(golden.mesh, *decoded, golden.options.order == Order::keep), "")

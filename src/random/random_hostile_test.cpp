@@ -12,6 +12,7 @@
 #include "random/random_file.h"
 #include "random/random_layout.h"
 #include "support/data.h"
+#include "support/files.h"
 #include "support/random.h"
 #include "support/random_streams.h"
 
@@ -60,8 +61,7 @@ void expect_refused(const std::string& name, const std::vector<std::byte>& bytes
   const std::string path = tests_folder() + "/corrupt/maille/" + name + ".maille";
   const char* update = std::getenv("UPDATE");
   if (update != nullptr && std::string(update) == "1") {
-    std::ofstream(path, std::ios::binary)
-        .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    write_bytes(path, bytes);
     std::ofstream(path + ".error") << static_cast<int>(code) << ' ' << decoded.error().message << '\n';
   }
   EXPECT_TRUE(std::filesystem::exists(path)) << path;

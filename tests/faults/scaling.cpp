@@ -11,7 +11,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
 #include <functional>
 #include <numeric>
 #include <optional>
@@ -20,6 +19,7 @@
 
 #include "faults/counting_memory.h"
 #include "support/codec.h"
+#include "support/files.h"
 #include "support/random.h"
 #include "support/shapes.h"
 
@@ -346,8 +346,7 @@ class Scaling {
 
  private:
   void keep(const std::vector<std::byte>& file, const std::string& what) const {
-    std::ofstream(options_.keep + "/" + what + ".maille", std::ios::binary)
-        .write(reinterpret_cast<const char*>(file.data()), static_cast<std::streamsize>(file.size()));
+    write_bytes(options_.keep + "/" + what + ".maille", file);
   }
   void complain(const std::string& what, const std::string& message) {
     ++problems_;

@@ -1,19 +1,20 @@
 // What the encoder makes of some 220 meshes in all modes, and what the decoder makes of that, with one thread
-// and with three: a line with a hash for each, or a file for each in a folder. scripts/check-determinism
-// compares the lines of compilers and machines, scripts/test-windows the files.
+// and with three: a line with a hash for each, or a file for each in a folder (of those whose name begins
+// with NAME). scripts/check-determinism compares the lines of compilers and machines, scripts/test-windows
+// the files.
 #include <maille/decode.h>
 #include <maille/encode.h>
 #include <maille/stream.h>
 
 #include <cinttypes>
 #include <cstdio>
-#include <fstream>
 #include <iterator>
 #include <string>
 #include <vector>
 
 #include "base/hash.h"
 #include "random/random_file.h"
+#include "support/files.h"
 #include "support/random.h"
 #include "support/random_mesh.h"
 #include "support/random_volume.h"
@@ -36,20 +37,6 @@ struct NamedMesh {
   Mesh mesh;
   bool steps = false;  ///< has numbers only, so that other values can be made of its values
 };
-
-bool write_file(const std::string& path, Bytes bytes) {
-  std::ofstream out(path, std::ios::binary);
-  out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  out.close();
-  return out.good();
-}
-
-std::vector<std::byte> read_file(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  const std::string text(std::istreambuf_iterator<char>(in), {});
-  const Bytes bytes = std::as_bytes(std::span(text.data(), text.size()));
-  return {bytes.begin(), bytes.end()};
-}
 
 template <class T>
 void append_values(std::vector<std::byte>& all, const Buffer<T>& values) {
@@ -74,7 +61,7 @@ class Output {
  public:
   explicit Output(std::string folder) : folder_(std::move(folder)) {}
   bool add(const std::string& name, const char* kind, const std::vector<std::byte>& bytes) const {
-    if (!folder_.empty()) return write_file(folder_ + "/" + name + "." + kind, bytes);
+    if (!folder_.empty()) return write_bytes(folder_ + "/" + name + "." + kind, bytes);
     return std::printf("%s %s %016" PRIx64 "\n", name.c_str(), kind, hash64(bytes)) > 0;
   }
   /// For files that have to be files while they are made.
@@ -98,12 +85,12 @@ Mesh at_step(const Mesh& mesh, unsigned step) {
 
 Result<std::vector<std::byte>> with_steps(const Mesh& mesh, Bytes file, const EncodeOptions& options,
                                           const std::string& scratch) {
-  if (!write_file(scratch, file)) return tl::unexpected(Error{ErrorCode::write_failed, scratch});
+  if (!write_bytes(scratch, file)) return tl::unexpected(Error{ErrorCode::write_failed, scratch});
   for (const unsigned step : {1u, 2u}) {
     const auto report = append_step(scratch, step, at_step(mesh, step), options);
     if (!report) return tl::unexpected(report.error());
   }
-  auto bytes = read_file(scratch);
+  auto bytes = read_bytes(scratch);
   std::remove(scratch.c_str());
   return bytes;
 }
@@ -304,12 +291,14 @@ std::vector<NamedMesh> all_meshes() {
   return meshes;
 }
 
-bool write_all(const Output& output) {
+/// `only`: files whose name begins so.
+bool write_all(const Output& output, const std::string& only) {
   bool well = true;
   size_t number = 0;
   for (const NamedMesh& mesh : all_meshes()) {
     for (const Way& way : ways_for(mesh, number++)) {
       const std::string name = mesh.name + "-" + way.name;
+      if (!name.starts_with(only)) continue;
       const std::string wrong = write_way(output, name, mesh.mesh, way);
       if (wrong.empty()) continue;
       std::fprintf(stderr, "%s: %s\n", name.c_str(), wrong.c_str());
@@ -323,9 +312,10 @@ bool write_all(const Output& output) {
 }  // namespace maille::testing
 
 int main(int count, char** arguments) {
-  if (count > 2) {
-    std::fputs("usage: determinism [FOLDER]\n", stderr);
+  using namespace maille::testing;
+  if (count > 3) {
+    std::fputs("usage: determinism [FOLDER [NAME]]\n", stderr);
     return 2;
   }
-  return maille::testing::write_all(maille::testing::Output(count == 2 ? arguments[1] : "")) ? 0 : 1;
+  return write_all(Output(count > 1 ? arguments[1] : ""), count > 2 ? arguments[2] : "") ? 0 : 1;
 }

@@ -10,6 +10,7 @@
 #include "container/file_reader.h"
 #include "container/file_writer.h"
 #include "support/data.h"
+#include "support/files.h"
 #include "support/temporary_folder.h"
 #include "volume/pieces/piece_layout.h"
 #include "volume/stream/mesh_from_parts.h"
@@ -92,8 +93,7 @@ void expect_found(const std::string& name, const std::vector<std::byte>& bytes) 
   const char* const update = std::getenv("UPDATE");
   if (update != nullptr && std::string(update) == "1") {
     std::filesystem::create_directories(folder);
-    std::ofstream(folder + name + ".maille", std::ios::binary)
-        .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    write_bytes(folder + name + ".maille", bytes);
     std::ofstream(folder + name + ".maille.error")
         << static_cast<int>(found.error().code) << ' ' << found.error().message << '\n';
   }
@@ -174,10 +174,8 @@ TEST(PiecesHostile, FilesThatLieAreNamedInOneSentence) {
     if (entry.path().extension() != ".maille") continue;
     std::ifstream error(entry.path().string() + ".error");
     const std::string expected(std::istreambuf_iterator<char>(error), {});
-    std::ifstream file(entry.path(), std::ios::binary);
-    const std::string bytes(std::istreambuf_iterator<char>(file), {});
-    const auto found =
-        decoded_into_parts(*memory_source(std::as_bytes(std::span(bytes)), entry.path().filename().string()));
+    const std::vector<std::byte> bytes = read_bytes(entry.path());
+    const auto found = decoded_into_parts(*memory_source(bytes, entry.path().filename().string()));
     ASSERT_FALSE(found) << entry.path();
     EXPECT_EQ(std::to_string(static_cast<int>(found.error().code)) + " " + found.error().message + "\n",
               expected);

@@ -3,8 +3,8 @@
 #include <maille/volume_file.h>
 
 #include <cmath>
-#include <fstream>
 
+#include "support/files.h"
 #include "support/temporary_folder.h"
 #include "volume/stream/mesh_from_parts.h"
 #include "volume/testing.h"
@@ -43,10 +43,7 @@ class PiecesSteps : public ::testing::Test {
     options.most_cells_per_part = 60;
     write(encoded(at_time(0), options));
   }
-  void write(const std::vector<std::byte>& bytes) const {
-    std::ofstream file(path_, std::ios::binary);
-    file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  }
+  void write(const std::vector<std::byte>& bytes) const { EXPECT_TRUE(write_bytes(path_, bytes)); }
   std::vector<std::byte> bytes() const {
     const auto source = file_source(path_);
     std::vector<std::byte> all((*source)->size());

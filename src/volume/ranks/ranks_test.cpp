@@ -1,10 +1,10 @@
 #include <maille/ranks.h>
 
 #include <barrier>
-#include <fstream>
 #include <functional>
 #include <thread>
 
+#include "support/files.h"
 #include "support/temporary_folder.h"
 #include "volume/pieces/sub_mesh.h"
 #include "volume/testing.h"
@@ -323,16 +323,12 @@ TEST(Ranks, AppendTheStepsThatOneProcessAppends) {
   const TemporaryFolder folder;
   const std::string path = folder.path("steps.maille");
   std::vector<std::byte> alone = serial(at_time(0), streamed(Order::keep), 100);
-  std::ofstream(path, std::ios::binary)
-      .write(reinterpret_cast<const char*>(alone.data()), static_cast<std::streamsize>(alone.size()));
+  write_bytes(path, alone);
   for (unsigned time = 1; time <= 18; ++time) {  // beyond a group of steps
     const Mesh now = at_time(time);
     const auto serially = append_step(path, time, now);
     ASSERT_TRUE(serially) << serially.error().message;
-    std::ifstream in(path, std::ios::binary);
-    const std::string text(std::istreambuf_iterator<char>(in), {});
-    const auto* const bytes = reinterpret_cast<const std::byte*>(text.data());
-    const std::vector<std::byte> expected(bytes, bytes + text.size());
+    const std::vector<std::byte> expected = read_bytes(path);
     for (const unsigned ranks : {1u, 3u, 8u}) {
       if (time != 1 && time < 16) continue;  // a step before, and those around the end of a group
       const Written written =

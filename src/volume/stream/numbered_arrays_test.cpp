@@ -3,8 +3,8 @@
 #include <maille/file.h>
 
 #include <filesystem>
-#include <fstream>
 
+#include "support/files.h"
 #include "support/temporary_folder.h"
 #include "volume/testing.h"
 
@@ -107,8 +107,7 @@ TEST(NumberedArrays, AreNotCodedAgainInSteps) {
     add_numbers(mesh, true);
     const std::string path = folder.path("steps.maille");
     const std::vector<std::byte> bytes = encoded(mesh, kept());
-    std::ofstream(path, std::ios::binary)
-        .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    write_bytes(path, bytes);
     Mesh later = mesh;
     later.arrays.back().values<uint64_t>()[7] = 3;
     ASSERT_TRUE(append_step(path, 1, mesh));

@@ -3,10 +3,10 @@
 
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 
 #include "support/cases.h"
+#include "support/files.h"
 #include "support/temporary_folder.h"
 #include "volume/stream/stream_layout.h"
 #include "volume/testing.h"
@@ -39,10 +39,7 @@ class TimeSteps : public ::testing::Test {
  protected:
   void SetUp() override { write(encoded(at_time(0), kept())); }
 
-  void write(const std::vector<std::byte>& bytes) const {
-    std::ofstream file(path_, std::ios::binary);
-    file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  }
+  void write(const std::vector<std::byte>& bytes) const { EXPECT_TRUE(write_bytes(path_, bytes)); }
   std::vector<std::byte> bytes() const {
     const auto source = file_source(path_);
     std::vector<std::byte> all((*source)->size());
