@@ -62,6 +62,32 @@ CellBlock random_block(uint32_t points, const RandomVolumeOptions& options, Rand
 
 }  // namespace
 
+std::vector<CellType> all_volume_types() {
+  return {CellType::tetrahedron,
+          CellType::hexahedron,
+          CellType::wedge,
+          CellType::pyramid,
+          CellType::triangle,
+          CellType::quad,
+          CellType::line,
+          CellType::vertex,
+          CellType::polygon,
+          CellType::poly_line,
+          CellType::polyhedron,
+          CellType::quadratic_tetrahedron,
+          CellType::quadratic_hexahedron,
+          CellType::quadratic_wedge,
+          CellType::quadratic_pyramid,
+          CellType::quadratic_triangle,
+          CellType::biquadratic_quad,
+          CellType::triquadratic_hexahedron,
+          CellType::biquadratic_quadratic_wedge,
+          CellType::voxel,
+          CellType::lagrange_hexahedron,
+          CellType::poly_vertex,
+          CellType::convex_point_set};
+}
+
 Mesh random_volume(uint64_t seed, const RandomVolumeOptions& options) {
   Random random(seed);
   Mesh mesh;
