@@ -25,10 +25,10 @@ bool has_varying_cells(std::span<const CodedBlock> blocks) {
 }
 
 /// Sizes that a description leaves open; corners where they do not follow from cells.
-void put_sizes(ByteWriter& out, const MeshPart& part, size_t blocks) {
-  out.put_count(part.mesh.point_count());
-  put_block_cells(part.cells_by_block(), blocks, [&](uint64_t count) { out.put_count(count); });
-  if (has_varying_cells(part.mesh.blocks)) out.put_count(part.mesh.corner_count());
+void put_counts(ByteWriter& out, const ChartCounts& counts, size_t blocks) {
+  out.put_count(counts.points);
+  put_block_cells(counts.cells, blocks, [&](uint64_t count) { out.put_count(count); });
+  if (counts.corners) out.put_count(*counts.corners);
 }
 
 /// The blocks of a chart, and how many cells they have. Nothing where they make no sense.
@@ -157,14 +157,19 @@ Result<ChartSet> chart_set(const Description& file, uint32_t set, Bytes tables) 
   return result;
 }
 
-std::vector<std::byte> chart_bytes(const MeshPart& part, size_t blocks, const EncodedPatch& patch,
+ChartCounts counts_of(const MeshPart& part) {
+  ChartCounts counts{part.mesh.point_count(), part.cells_by_block(), {}};
+  if (has_varying_cells(part.mesh.blocks)) counts.corners = part.mesh.corner_count();
+  return counts;
+}
+
+std::vector<std::byte> chart_bytes(const ChartCounts& counts, size_t blocks, const EncodedPatch& patch,
                                    std::optional<std::span<const SharedPoint>> shared) {
   ByteWriter out;
-  put_sizes(out, part, blocks);
+  put_counts(out, counts, blocks);
   std::vector<Bytes> streams{patch.topology.bytes};
   for (const CodedStream& stream : patch.arrays) streams.push_back(stream.bytes);
-  if (shared)
-    put_section(out, encode_shared(*shared, static_cast<uint32_t>(part.mesh.point_count()), patch.border));
+  if (shared) put_section(out, encode_shared(*shared, static_cast<uint32_t>(counts.points), patch.border));
   if (!shared) out.put_count(patch.arrays.size());
   out.put_count(patch.topology.key.number | patch.arrays[0].key.number << 4);
   for (size_t i = 0; i + 1 < streams.size(); ++i) out.put_count(streams[i].size());

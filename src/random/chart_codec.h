@@ -24,9 +24,16 @@ namespace maille {
 /// The arrays that charts of this level have; positions first.
 std::vector<ArrayToCode> arrays_of_level(std::span<const ArrayToCode> arrays, uint32_t level);
 
-/// The bytes of a chart. `part` are the cells that were encoded, with the number of points; `blocks`: how
-/// many the mesh has, 1 at coarser levels; `shared`: at level 0 alone.
-std::vector<std::byte> chart_bytes(const MeshPart& part, size_t blocks, const EncodedPatch& patch,
+/// What of a chart's cells its bytes need: the cells themselves can go once they are encoded.
+struct ChartCounts {
+  uint64_t points = 0;
+  std::vector<BlockCells> cells;    ///< of the blocks that have some, rising
+  std::optional<uint64_t> corners;  ///< where they do not follow from the cells
+};
+ChartCounts counts_of(const MeshPart& part);
+
+/// The bytes of a chart. `blocks`: how many the mesh has, 1 at coarser levels; `shared`: at level 0 alone.
+std::vector<std::byte> chart_bytes(const ChartCounts& counts, size_t blocks, const EncodedPatch& patch,
                                    std::optional<std::span<const SharedPoint>> shared);
 
 struct DecodedChart {

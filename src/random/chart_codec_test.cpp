@@ -44,7 +44,7 @@ Chart chart_of(const Surface& shape, int effort) {
 }
 
 std::vector<std::byte> bytes_of(const Chart& chart, std::span<const SharedPoint> shared) {
-  return chart_bytes({chart.mesh, {0}, {}}, 1, chart.patch, shared);
+  return chart_bytes(counts_of({chart.mesh, {0}, {}}), 1, chart.patch, shared);
 }
 
 std::vector<SharedPoint> decoded_points(const Chart& chart, const std::vector<SharedPoint>& shared) {

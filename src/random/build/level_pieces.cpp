@@ -115,10 +115,10 @@ Result<ChartOfPiece> code_chart(const Piece& piece, const PieceRules& rules, Mes
   if (shared != nullptr) {
     patch.arrays.resize(patch.arrays.size() + rules.mesh_arrays);
     const std::vector<SharedPoint> points = shared->of(patch.sources.points);
-    coded.bytes = chart_bytes(part, rules.blocks, patch, points);
+    coded.bytes = chart_bytes(counts_of(part), rules.blocks, patch, points);
     if (rules.of_chart.order == Order::keep) coded.order = order_of(piece, patch.sources);
   } else {
-    coded.bytes = chart_bytes(part, 1, patch, std::nullopt);
+    coded.bytes = chart_bytes(counts_of(part), 1, patch, std::nullopt);
   }
   coded.topology = patch.topology.bytes.size();
   for (const CodedStream& stream : patch.arrays) coded.arrays.push_back(stream.bytes.size());

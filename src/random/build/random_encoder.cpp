@@ -138,7 +138,7 @@ class RandomEncoder {
     MeshParts parts(mesh_, part_of, executor_);
     level_0_ = parts.count();
     patches_.resize(count);
-    parts_.resize(count);
+    counts_.resize(count);
     const std::vector<ArrayToCode> coarse_arrays = arrays_of_level(arrays_, 1);
     const auto part_at = [&](size_t i) { return parts.take(i); };
     MAILLE_CHECK(encode_set(0, 0, level_0_, arrays_, part_at));
@@ -183,10 +183,7 @@ class RandomEncoder {
       MAILLE_CHECK(encode_all({}));
       keep_smaller(set, std::move(sharing), begin);
     }
-    for (size_t i = 0; i < parts.size(); ++i) {
-      parts[i].numbers = {};
-      parts_[begin + i] = std::move(parts[i]);
-    }
+    std::transform(parts.begin(), parts.end(), counts_.begin() + static_cast<ptrdiff_t>(begin), counts_of);
     return {};
   }
   /// Tables of polygons have many symbols, and up to so many charts each may be smaller with its own: two of
@@ -225,8 +222,8 @@ class RandomEncoder {
                                     [&](uint32_t point) { return decoded_place(arrays_[0], point); });
     bytes_.resize(hierarchy_.charts.size());
     for (size_t i = 0; i < bytes_.size(); ++i) {
-      bytes_[i] = i < level_0_ ? chart_bytes(parts_[i], mesh_.blocks.size(), patches_[i], shared[i])
-                               : chart_bytes(parts_[i], 1, patches_[i], std::nullopt);
+      bytes_[i] = i < level_0_ ? chart_bytes(counts_[i], mesh_.blocks.size(), patches_[i], shared[i])
+                               : chart_bytes(counts_[i], 1, patches_[i], std::nullopt);
       count_bytes(i);
     }
     for (size_t g = 0; g < indexed_.groups.size(); ++g) {
@@ -347,7 +344,7 @@ class RandomEncoder {
   Seams seams_;
   size_t level_0_ = 0;
   std::vector<EncodedPatch> patches_;          ///< by chart
-  std::vector<MeshPart> parts_;                ///< by chart: its cells, without their numbers
+  std::vector<ChartCounts> counts_;            ///< by chart
   std::vector<std::vector<std::byte>> bytes_;  ///< by chart
   std::array<std::vector<std::byte>, chart_sets> tables_;
   std::vector<uint64_t> mesh_array_bytes_;
