@@ -225,7 +225,7 @@ int64_t NumberMap::code_of(Scalar type, const std::byte* number) const {
     case Kind::integer:
       return integer_bits(type, number);
     case Kind::ordered:
-      return type == Scalar::f32 ? ordered_bits(load<float>(number)) : ordered_bits(load<double>(number));
+      return type == Scalar::f32 ? ordered(load<int32_t>(number)) : ordered(load<int64_t>(number));
     case Kind::decimal:
       return lattice_code(number_as_double(type, number) * exact_powers_of_ten[exponent], 0, 1);
     case Kind::binary:
@@ -259,8 +259,8 @@ void NumberMap::store_number(Scalar type, int64_t code, std::byte* out) const {
     case Kind::integer:
       return store_integer(type, code, out);
     case Kind::ordered:
-      if (type == Scalar::f32) return store(out, from_ordered(static_cast<int32_t>(code)));
-      return store(out, from_ordered(code));
+      if (type == Scalar::f32) return store(out, ordered(static_cast<int32_t>(code)));
+      return store(out, ordered(code));
     case Kind::decimal:
       return store_rounded(type, real / exact_powers_of_ten[exponent], out);
     case Kind::binary:

@@ -113,7 +113,7 @@ class NumberSpace {
   int64_t code_of(const std::byte* number) const {
     if (factor_ == 0) return plain_code_of(number);
     std::array<std::byte, 8> plain;
-    store(plain.data(), as_float(load<double>(number) / factor_));
+    store(plain.data(), bits_as_float(load<double>(number) / factor_));
     return plain_code_of(plain.data());
   }
   void store_number(int64_t code, std::byte* out) const {
@@ -121,7 +121,8 @@ class NumberSpace {
     std::array<std::byte, 8> bytes{};
     store_plain(code, bytes.data());
     const auto plain = load<float>(bytes.data());
-    store(out, plain == plain ? static_cast<double>(plain) * factor_ : as_double(plain));
+    if (plain == plain) return store(out, static_cast<double>(plain) * factor_);
+    store(out, bits_as_double(load<uint32_t>(bytes.data())));
   }
   double place_of(int64_t code) const {
     if (digits_) return digits_.number_of(code);
@@ -167,13 +168,13 @@ class NumberSpace {
 
  private:
   int64_t plain_code_of(const std::byte* number) const {
-    if (ordered_ && type_ == Scalar::f32) return ordered_bits(load<float>(number));
+    if (ordered_ && type_ == Scalar::f32) return ordered(load<int32_t>(number));
     if (digits_) return digits_.code_of(number_as_double(type_, number));
     if (decimals_) return decimals_.code_of(number_as_double(type_, number));
     return map_->code_of(type_, number);
   }
   void store_plain(int64_t code, std::byte* out) const {
-    if (ordered_ && type_ == Scalar::f32) return store(out, from_ordered(static_cast<int32_t>(code)));
+    if (ordered_ && type_ == Scalar::f32) return store(out, ordered(static_cast<int32_t>(code)));
     if (digits_) {
       const double value = digits_.number_of(code);
       return type_ == Scalar::f32 ? store(out, static_cast<float>(value)) : store(out, value);

@@ -13,36 +13,29 @@ namespace maille::testing {
 
 namespace {
 
-float special_float(Random& random) {
-  // Quiet and signalling NaNs with payloads, infinities, -0, smallest and largest denormals, largest finite
-  // numbers.
+// Quiet and signalling NaNs with payloads, infinities, -0, smallest and largest denormals, largest finite
+// numbers. They are bits and never numbers: i386 returns floats in registers of the 387, which make
+// signalling NaNs quiet.
+uint32_t special_bits(float, Random& random) {
   static constexpr uint32_t bits[] = {0x7fc00000, 0xffc00001, 0x7f800001, 0xff812345, 0x7fffffff,
                                       0x7f800000, 0xff800000, 0x80000000, 0x00000000, 0x00000001,
                                       0x807fffff, 0x00800000, 0x7f7fffff, 0xff7fffff};
-  float value;
-  std::memcpy(&value, &bits[random.below(std::size(bits))], sizeof value);
-  return value;
+  return bits[random.below(std::size(bits))];
 }
 
-double special_double(Random& random) {
+uint64_t special_bits(double, Random& random) {
   static constexpr uint64_t bits[] = {
       0x7ff8000000000000, 0xfff8000000000001, 0x7ff0000000000001, 0xfff0000012345678, 0x7fffffffffffffff,
       0x7ff0000000000000, 0xfff0000000000000, 0x8000000000000000, 0x0000000000000000, 0x0000000000000001,
       0x800fffffffffffff, 0x0010000000000000, 0x7fefffffffffffff, 0xffefffffffffffff};
-  double value;
-  std::memcpy(&value, &bits[random.below(std::size(bits))], sizeof value);
-  return value;
+  return bits[random.below(std::size(bits))];
 }
 
-/// Stores by bytes: a signalling NaN passed as a float may come out quiet on some machines.
 template <class T>
-void store_special(std::byte* to, T, Random& random) {
-  if constexpr (std::is_same_v<T, float>) {
-    const float value = special_float(random);
-    std::memcpy(to, &value, sizeof value);
-  } else if constexpr (std::is_same_v<T, double>) {
-    const double value = special_double(random);
-    std::memcpy(to, &value, sizeof value);
+void store_special(std::byte* to, T zero, Random& random) {
+  if constexpr (std::is_floating_point_v<T>) {
+    const auto bits = special_bits(zero, random);
+    std::memcpy(to, &bits, sizeof bits);
   } else {
     using Limit = std::numeric_limits<T>;
     const T choices[] = {

@@ -78,8 +78,8 @@ Array widened(const Array& array) {
   if (array.type != Scalar::f32) return array;
   Array wide = make_array(array.name, array.domain, Scalar::f64, array.components);
   wide.resize(array.count());
-  std::transform(array.values<float>().begin(), array.values<float>().end(), wide.values<double>().begin(),
-                 as_double);
+  for (size_t i = 0; i < array.values<float>().size(); ++i)
+    store(&wide.values<double>()[i], bits_as_double(bits_as<uint32_t>(array.values<float>()[i])));
   return wide;
 }
 

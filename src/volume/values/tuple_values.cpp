@@ -419,9 +419,9 @@ template <class Coder, unsigned Bits, unsigned Width>
 template <class Coder, unsigned Bits, unsigned Width>
 [[gnu::always_inline]] inline void TupleValueCoder<Coder, Bits, Width>::find_plain_residuals(
     const std::byte* numbers, Guess& guess) const {
-  using Number = std::conditional_t<Bits == 32, float, double>;
+  using Number = std::conditional_t<Bits == 32, int32_t, int64_t>;  // its bits
   for (unsigned k = 0; k < group_size; ++k)
-    guess.residual[k] = difference(ordered_bits(load<Number>(numbers + k * sizeof(Number))), guess.code[k]);
+    guess.residual[k] = difference(ordered(load<Number>(numbers + k * sizeof(Number))), guess.code[k]);
 }
 
 /// As find_value().
@@ -439,8 +439,9 @@ template <class Coder, unsigned Bits, unsigned Width>
   } else {
     place = Doubles{};
     for (unsigned k = 0; k < group_size; ++k) {
-      const double number = from_ordered(sum(guess.code[k], guess.residual[k]));
-      if constexpr (!encoding) store(numbers + k * sizeof(double), number);
+      const int64_t bits = ordered(sum(guess.code[k], guess.residual[k]));
+      if constexpr (!encoding) store(numbers + k * sizeof(double), bits);
+      const auto number = bits_as<double>(bits);
       place[k] = number == number ? number : 0;
     }
   }
