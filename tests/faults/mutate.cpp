@@ -1,8 +1,9 @@
 // Damages files and asks everything of them: every answer must be an error of a fitting kind or a valid mesh;
-// where the checksums are not mended, the right one; in bounded memory. mutate COUNT [FIRST], COUNT of
-// damaged files for each mode and for the readers together; mutate --flips COUNT [FIRST], COUNT files of all
-// modes with one to three wrong bits, which are decoded alone. The last lines are a table for
-// docs/reliability.md; its questions are what fuzzers call executions.
+// where the checksums are not mended, the right one; in bounded memory. mutate [--seconds S] COUNT [FIRST],
+// COUNT of damaged files for each mode and six times as many for the readers, in S seconds of a processor at
+// most; mutate --flips COUNT [FIRST], COUNT files of all modes with one to three wrong bits, which are
+// decoded alone. The last lines are a table for docs/reliability.md; its questions are what fuzzers call
+// executions.
 
 #include <maille/file.h>
 #include <maille/io.h>
@@ -12,7 +13,6 @@
 #include <cstring>
 #include <ctime>
 #include <filesystem>
-#include <fstream>
 #include <map>
 
 #include "faults/counting_memory.h"
@@ -21,6 +21,7 @@
 #include "faults/seeds.h"
 #include "support/codec.h"
 #include "support/data.h"
+#include "support/files.h"
 #include "support/random_mesh.h"
 #include "support/sample_mesh.h"
 
@@ -30,6 +31,8 @@ namespace {
 constexpr Limits limits{uint64_t{64} << 20};
 /// What may be allocated beyond the limit.
 constexpr uint64_t slack = uint64_t{8} << 20;
+/// A reader is asked one question, a decoder six to nine: so all get about as many.
+constexpr uint64_t foreign_each = 6;
 
 double processor_seconds() {
   timespec now{};
@@ -43,25 +46,28 @@ struct Counts {
   uint64_t most_memory = 0;
   double most_seconds = 0;
   double dearest_byte = 0, intact_byte = 0;  ///< seconds for each byte of a file, at most
+
+  uint64_t questions() const { return intact + other + error + over_limit; }
 };
 
 /// Each answer of one file, counted.
 class Run {
  public:
-  Run(std::string name, uint64_t number) : name_(std::move(name)), number_(number) {}
+  /// group: of one mode or of readers, whose files are numbered together.
+  Run(std::string group, std::string name, uint64_t number)
+      : group_(std::move(group)), name_(std::move(name)), number_(number) {}
 
   void finding(Counts& counts, const std::string& what, const std::vector<std::byte>& file) const {
     ++counts.wrong;
-    const std::string path = "found-" + std::to_string(number_);
-    std::ofstream(path, std::ios::binary)
-        .write(reinterpret_cast<const char*>(file.data()), static_cast<std::streamsize>(file.size()));
+    const std::string path = "found-" + group_ + "-" + std::to_string(number_);
+    write_bytes(path, file);
     std::printf("%s, number %llu (%s): %s\n", name_.c_str(), static_cast<unsigned long long>(number_),
                 path.c_str(), what.c_str());
     std::fflush(stdout);
   }
 
  private:
-  std::string name_;
+  std::string group_, name_;
   uint64_t number_;
 };
 
@@ -116,24 +122,35 @@ double dearest_of(const std::vector<const Seed*>& seeds) {
   return dearest;
 }
 
-void damage_mode(Mode mode, const std::vector<Seed>& seeds, uint64_t count, uint64_t first, Counts& counts) {
-  std::vector<const Seed*> of_mode;
-  for (const Seed& seed : seeds) {
-    if (seed.mode == mode) of_mode.push_back(&seed);
+/// Files of one mode, damaged one by one.
+class DamagedMode {
+ public:
+  DamagedMode(Mode mode, std::string name, const std::vector<Seed>& all)
+      : mode_(mode), name_(std::move(name)), all_(all) {
+    for (const Seed& seed : all) {
+      if (seed.mode == mode) seeds_.push_back(&seed);
+    }
   }
-  counts.intact_byte = dearest_of(of_mode);
-  for (uint64_t number = first; number < first + count; ++number) {
-    Random random(number * 4 + static_cast<uint64_t>(mode));
-    const Seed& seed = *of_mode[random.below(of_mode.size())];
-    const Mutation damaged = mutated(seed, seeds, random);
+  double dearest_intact() const { return dearest_of(seeds_); }
+
+  void ask(uint64_t number, Counts& counts) const {
+    Random random(number * 4 + static_cast<uint64_t>(mode_));
+    const Seed& seed = *seeds_[random.below(seeds_.size())];
+    const Mutation damaged = mutated(seed, all_, random);
     ++counts.files;
     counts.mended += damaged.mended ? 1 : 0;
-    const Run run(seed.name, number);
+    const Run run(name_, seed.name, number);
     std::vector<Answer> answers;
     measured(counts, run, damaged.bytes, [&] { answers = ask_everything(damaged.bytes, limits); });
     count_answers(answers, seed, damaged, run, counts);
   }
-}
+
+ private:
+  Mode mode_;
+  std::string name_;
+  const std::vector<Seed>& all_;
+  std::vector<const Seed*> seeds_;
+};
 
 struct ForeignFile {
   std::string name;
@@ -170,34 +187,31 @@ std::vector<ForeignFile> foreign_files() {
   for (const auto& entry : std::filesystem::directory_iterator(place)) paths.push_back(entry.path());
   std::sort(paths.begin(), paths.end());
   for (const auto& path : paths) {
-    if (std::filesystem::is_regular_file(path)) add(path.filename().string(), content(path));
+    if (std::filesystem::is_regular_file(path)) add(path.filename().string(), read_bytes(path));
   }
   return files;
 }
 
-void damage_foreign(uint64_t count, uint64_t first, Counts& counts) {
-  const std::vector<ForeignFile> files = foreign_files();
-  for (uint64_t number = first; number < first + count; ++number) {
-    Random random(number * 4 + 3);
-    const ForeignFile& file = files[random.below(files.size())];
-    const std::vector<std::byte> damaged =
-        mutated_text(file.bytes, files[random.below(files.size())].bytes, random);
-    ++counts.files;
-    const Run run(file.name, number);
-    measured(counts, run, damaged, [&] {
-      ReadOptions options;
-      options.limits = limits;
-      const auto read = read_mesh(*memory_source(Bytes(damaged), file.name), options);
-      if (!read) {
-        ++(read.error().code == ErrorCode::memory_bound ? counts.over_limit : counts.error);
-        if (read.error().message.empty()) run.finding(counts, "an error without a word", damaged);
-        return;
-      }
-      ++counts.other;
-      if (const auto valid = validate(read->mesh); !valid)
-        run.finding(counts, "not valid: " + valid.error().message, damaged);
-    });
-  }
+void damage_foreign(const std::vector<ForeignFile>& files, uint64_t number, Counts& counts) {
+  Random random(number * 4 + 3);
+  const ForeignFile& file = files[random.below(files.size())];
+  const std::vector<std::byte> damaged =
+      mutated_text(file.bytes, files[random.below(files.size())].bytes, random);
+  ++counts.files;
+  const Run run("readers", file.name, number);
+  measured(counts, run, damaged, [&] {
+    ReadOptions options;
+    options.limits = limits;
+    const auto read = read_mesh(*memory_source(Bytes(damaged), file.name), options);
+    if (!read) {
+      ++(read.error().code == ErrorCode::memory_bound ? counts.over_limit : counts.error);
+      if (read.error().message.empty()) run.finding(counts, "an error without a word", damaged);
+      return;
+    }
+    ++counts.other;
+    if (const auto valid = validate(read->mesh); !valid)
+      run.finding(counts, "not valid: " + valid.error().message, damaged);
+  });
 }
 
 /// What was found before: tests/corrupt.
@@ -206,8 +220,8 @@ void ask_known(Counts& counts) {
     const std::filesystem::path place = std::filesystem::path(tests_folder()) / "corrupt" / folder;
     for (const auto& entry : std::filesystem::directory_iterator(place)) {
       if (entry.path().extension() != ".maille") continue;
-      const std::vector<std::byte> file = content(entry.path());
-      const Run run(entry.path().filename().string(), counts.files++);
+      const std::vector<std::byte> file = read_bytes(entry.path());
+      const Run run("before", entry.path().filename().string(), counts.files++);
       std::vector<Answer> answers;
       measured(counts, run, file, [&] { answers = ask_everything(file, limits); });
       for (const Answer& answer : answers) {
@@ -232,7 +246,7 @@ int flip(uint64_t count, uint64_t first) {
     const auto mesh = decode(*memory_source(Bytes(damaged)));
     const bool same = mesh && differences_between(seed.mesh, *mesh, true).empty();
     ++(!mesh ? counts.error : same ? counts.intact : counts.other);
-    if (mesh && !same) Run(seed.name, number).finding(counts, "another mesh, and no word", damaged);
+    if (mesh && !same) Run("flips", seed.name, number).finding(counts, "another mesh, and no word", damaged);
   }
   std::printf("| flipped files | error | the same mesh | another mesh |\n|---|---|---|---|\n");
   std::printf("| %llu | %llu | %llu | %llu |\n", static_cast<unsigned long long>(counts.files),
@@ -241,14 +255,8 @@ int flip(uint64_t count, uint64_t first) {
   return counts.wrong == 0 ? 0 : 1;
 }
 
-int run(uint64_t count, uint64_t first) {
-  const std::vector<Seed> seeds = maille_seeds();
-  std::map<std::string, Counts> all;
-  ask_known(all["found before"]);
-  damage_mode(Mode::single, seeds, count, first, all["single"]);
-  damage_mode(Mode::stream, seeds, count, first, all["stream"]);
-  damage_mode(Mode::random, seeds, count, first, all["random"]);
-  damage_foreign(count, first, all["readers"]);
+/// The table; its answer is the number of findings.
+uint64_t print_table(const std::map<std::string, Counts>& all) {
   uint64_t wrong = 0;
   std::printf(
       "| | files | checksums mended | questions | answers: the same or a part | another mesh | error "
@@ -259,27 +267,55 @@ int run(uint64_t count, uint64_t first) {
     std::printf(
         "| %s | %llu | %llu | %llu | %llu | %llu | %llu | %llu | %llu | %.1f | %.3f | %.1f | %.1f |\n",
         name.c_str(), static_cast<unsigned long long>(counts.files),
-        static_cast<unsigned long long>(counts.mended),
-        static_cast<unsigned long long>(counts.intact + counts.other + counts.error + counts.over_limit),
+        static_cast<unsigned long long>(counts.mended), static_cast<unsigned long long>(counts.questions()),
         static_cast<unsigned long long>(counts.intact), static_cast<unsigned long long>(counts.other),
         static_cast<unsigned long long>(counts.error), static_cast<unsigned long long>(counts.over_limit),
         static_cast<unsigned long long>(counts.wrong), static_cast<double>(counts.most_memory) / 1048576,
         counts.most_seconds, 1e6 * counts.dearest_byte, 1e6 * counts.intact_byte);
     wrong += counts.wrong;
   }
-  return wrong == 0 ? 0 : 1;
+  std::fflush(stdout);
+  return wrong;
+}
+
+/// Modes and readers take turns, so that a run which is stopped by the clock has as many files of each.
+int run(uint64_t count, uint64_t first, double seconds) {
+  const std::vector<Seed> seeds = maille_seeds();
+  const std::vector<ForeignFile> foreign = foreign_files();
+  std::map<std::string, Counts> all;
+  ask_known(all["found before"]);
+  std::vector<std::pair<DamagedMode, Counts*>> modes;
+  for (const auto& [mode, name] : {std::pair(Mode::single, "single"), std::pair(Mode::stream, "stream"),
+                                   std::pair(Mode::random, "random")}) {
+    modes.emplace_back(DamagedMode(mode, name, seeds), &all[name]);
+    all[name].intact_byte = modes.back().first.dearest_intact();
+  }
+  const double start = processor_seconds();
+  for (uint64_t number = first; number < first + count && processor_seconds() - start < seconds; ++number) {
+    for (const auto& [mode, counts] : modes) mode.ask(number, *counts);
+    for (uint64_t turn = 0; turn < foreign_each; ++turn)
+      damage_foreign(foreign, number * foreign_each + turn, all["readers"]);
+  }
+  return print_table(all) == 0 ? 0 : 1;
 }
 
 }  // namespace
 }  // namespace maille::testing
 
 int main(int count, char** arguments) {
-  const bool flips = count > 1 && std::strcmp(arguments[1], "--flips") == 0;
-  if (flips) {
-    --count;
-    ++arguments;
+  bool flips = false;
+  double seconds = 1e9;
+  std::vector<uint64_t> numbers;
+  for (int i = 1; i < count; ++i) {
+    if (std::strcmp(arguments[i], "--flips") == 0) {
+      flips = true;
+    } else if (std::strcmp(arguments[i], "--seconds") == 0 && i + 1 < count) {
+      seconds = std::strtod(arguments[++i], nullptr);
+    } else {
+      numbers.push_back(std::strtoull(arguments[i], nullptr, 10));
+    }
   }
-  const uint64_t files = count > 1 ? std::strtoull(arguments[1], nullptr, 10) : 1000;
-  const uint64_t first = count > 2 ? std::strtoull(arguments[2], nullptr, 10) : 0;
-  return flips ? maille::testing::flip(files, first) : maille::testing::run(files, first);
+  const uint64_t files = !numbers.empty() ? numbers[0] : 1000;
+  const uint64_t first = numbers.size() > 1 ? numbers[1] : 0;
+  return flips ? maille::testing::flip(files, first) : maille::testing::run(files, first, seconds);
 }

@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <iterator>
 
 #include "support/codec.h"
 #include "support/data.h"
+#include "support/files.h"
 #include "support/random_file.h"
 #include "support/random_mesh.h"
 #include "support/random_volume.h"
@@ -124,13 +124,6 @@ void add_seeds_in_blocks(std::vector<Seed>& seeds) {
 
 }  // namespace
 
-std::vector<std::byte> content(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  const std::string text(std::istreambuf_iterator<char>(in), {});
-  const Bytes bytes = std::as_bytes(std::span(text.data(), text.size()));
-  return {bytes.begin(), bytes.end()};
-}
-
 std::vector<Seed> maille_seeds() {
   std::vector<Seed> seeds;
   for (const char* folder : {"single", "stream", "random"}) {
@@ -138,7 +131,7 @@ std::vector<Seed> maille_seeds() {
     std::vector<std::filesystem::path> paths;
     for (const auto& entry : std::filesystem::directory_iterator(place)) paths.push_back(entry.path());
     std::sort(paths.begin(), paths.end());
-    for (const auto& path : paths) add_seed(seeds, path.filename().string(), content(path));
+    for (const auto& path : paths) add_seed(seeds, path.filename().string(), read_bytes(path));
   }
   for (uint64_t number = 0; number < 30; ++number) {
     EncodeOptions options;
