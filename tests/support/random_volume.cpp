@@ -102,8 +102,10 @@ Mesh random_volume(uint64_t seed, const RandomVolumeOptions& options) {
   for (const Domain domain : domains) {
     if (domain == Domain::corner && !options.corner_arrays) continue;
     for (uint32_t i = random.below(3); i > 0; --i) {
-      Array array = make_array("a" + std::to_string(mesh.arrays.size()) + " b", domain,
-                               static_cast<Scalar>(random.below(scalar_count)), random.between(1, 4));
+      // Compilers evaluate arguments in different orders.
+      const uint32_t components = random.between(1, 4);
+      const auto type = static_cast<Scalar>(random.below(scalar_count));
+      Array array = make_array("a" + std::to_string(mesh.arrays.size()) + " b", domain, type, components);
       fill(array, domain == Domain::mesh ? random.below(5) : mesh.count_of(domain), options, random);
       mesh.arrays.push_back(std::move(array));
     }
