@@ -107,12 +107,18 @@ class CellCoder {
   /// Decoder: what the points and cells in memory take, while so many cells of corners all new come in.
   uint64_t bytes(uint64_t cells) const {
     const uint64_t faces = faces_ ? faces_->bytes() : 0, gates = gates_ ? gates_->bytes() : 0;
+    const uint64_t nodes = extra_.empty() ? 0 : bytes_to_hold(extra_, hull_.cell_capacity() + cells);
     return hull_.bytes(cells * most_corners, cells) + table_.bytes() + bytes_held(dense_) +
-           bytes_held(joined_places_) + bytes_held(extra_) + faces + gates;
+           bytes_held(joined_places_) + nodes + faces + gates;
   }
   /// Decoder: a cell of more corners than allowed ends decoding, as one would of a damaged stream, and then
-  /// is_beyond(). Cells of faces may have millions of corners, and may come from few bytes.
-  void allow_corners(uint64_t most) { allowed_corners_ = most; }
+  /// is_beyond(). Cells of faces may have millions of corners, and may come from few bytes. So does the first
+  /// cell with nodes behind its corners, if their table would take more than `bytes`: it has rows for all
+  /// cells in memory.
+  void allow(uint64_t corners, uint64_t bytes) {
+    allowed_corners_ = corners;
+    allowed_bytes_ = bytes;
+  }
   bool is_beyond() const { return beyond_; }
   /// Encoder: is the point with the caller's number in memory?
   bool is_alive(uint64_t number) { return slot_of_input(number, 0) != no_slot; }
@@ -317,10 +323,17 @@ class CellCoder {
     beyond_ = beyond_ || corners > allowed_corners_;
     return beyond_;
   }
+  /// Decoder: is there no memory for the table of nodes, which may grow once more before bytes() is asked?
+  bool has_no_room_for_nodes() {
+    constexpr uint64_t grown = 3;  // the old room, and twice as much
+    const uint64_t rows = extra_.empty() ? uint64_t{hull_.cell_capacity()} : 0;
+    beyond_ = beyond_ || grown * rows * sizeof extra_[0] > allowed_bytes_;
+    return beyond_;
+  }
 
   bool damaged_ = false;
   bool beyond_ = false;
-  uint64_t allowed_corners_ = ~uint64_t{0};
+  uint64_t allowed_corners_ = ~uint64_t{0}, allowed_bytes_ = ~uint64_t{0};
   /// Points that are numbered as they come up can only be there once, and at gates mostly nobody asks for a
   /// number: then the table waits until someone does.
   bool in_table_ = numbered_;

@@ -259,6 +259,7 @@ uint32_t CellCoder<Coder>::extra_node_on(unsigned node) const {
 template <class Coder>
 void CellCoder<Coder>::code_extra_nodes(Coder& coder, Coder& numbers, StreamedCell& cell, CodedCells& out) {
   const CellShape& shape = cell_.shape();
+  if constexpr (!encoding) damaged_ = damaged_ || has_no_room_for_nodes();
   for (unsigned i = shape.corners; i < shape.nodes && !damaged_; ++i) {
     const auto size = static_cast<uint32_t>(__builtin_popcount(shape.lies_on[i]));
     const uint32_t candidate = extra_node_on(i);

@@ -312,7 +312,7 @@ Result<> StreamReader::Implementation::take_block(Block& block, uint64_t cells) 
   MAILLE_CHECK(take_memory(cell_bytes_, coder_->bytes(cells)));
   MAILLE_CHECK(take_memory(block.bytes, std::max(block.bytes, memory_of_block(block))));
   const uint64_t left = options_.limits.mesh_bytes - std::min<uint64_t>(bytes_, options_.limits.mesh_bytes);
-  coder_->allow_corners((left + block_grain) / (bytes_per_new_point + bytes_per_new_corner));
+  coder_->allow((left + block_grain) / (bytes_per_new_point + bytes_per_new_corner), left + block_grain);
   return {};
 }
 

@@ -336,6 +336,39 @@ TEST(Stream, WhatTheReaderKeepsCountsAgainstItsLimit) {
   EXPECT_TRUE(decode(*source, options));
 }
 
+Result<> read_all(Bytes file, uint64_t limit) {
+  const auto source = memory_source(file);
+  StreamReadOptions options;
+  options.limits.mesh_bytes = limit;
+  StreamReader reader = *StreamReader::open(source_stream(*source), options);
+  StreamPortion portion;
+  for (;;) {
+    const auto more = reader.next(portion);
+    if (!more) return tl::unexpected(more.error());
+    if (!*more) return {};
+  }
+}
+
+// The table of nodes has a row for each cell in memory, and comes with the first cell that has such nodes:
+// some 20,000 rows of 92 bytes here, which may grow once more.
+TEST(Stream, NodesBehindCornersCountBeforeTheirTableIsMade) {
+  Mesh mesh = grid_twice();
+  const auto linear = encode_bytes(mesh, kept());
+  ASSERT_TRUE(linear) << linear.error().message;
+  uint64_t limit = uint64_t{4} << 20;
+  while (!read_all(linear->bytes, limit)) limit += uint64_t{256} << 10;
+  CellBlock quadratic;
+  quadratic.type = CellType::quadratic_tetrahedron;
+  for (uint32_t node = 0; node < 10; ++node) quadratic.connectivity.push_back(node);
+  mesh.blocks.push_back(quadratic);
+  const auto with_nodes = encode_bytes(mesh, kept());
+  ASSERT_TRUE(with_nodes) << with_nodes.error().message;
+  EXPECT_TRUE(read_all(with_nodes->bytes, 4 * limit));
+  const auto refused = read_all(with_nodes->bytes, limit);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::memory_bound);
+}
+
 /// One cell with many arrays.
 Mesh with_arrays(unsigned count) {
   Mesh mesh = grid(1, 1, 1);
