@@ -232,6 +232,7 @@ class PieceJoiner {
     const bool has_faces = std::any_of(cells_[b].begin(), cells_[b].end(), [&](const CellPlace& place) {
       return !block_at(place).cell_faces.empty();
     });
+    make_room(b, has_faces, to);
     to.offsets.push_back(0);
     if (has_faces) to.cell_faces.push_back(0);
     for (const CellPlace& place : cells_[b]) {
@@ -246,6 +247,25 @@ class PieceJoiner {
       to.cell_faces.push_back(to.face_sizes.size());
     }
     return to;
+  }
+  /// For all that pieces have of a block: lists that grow are there with their old room and with twice as
+  /// much, 13 MB for the corners of 409,600 polygons instead of 5.
+  void make_room(size_t b, bool has_faces, CellBlock& to) const {
+    size_t corners = 0, faces = 0;
+    for (const DecodedPiece& piece : pieces_) {
+      for (size_t k = 0; k < piece.blocks.size(); ++k) {
+        if (piece.blocks[k] != b) continue;
+        corners += piece.mesh.blocks[k].connectivity.size();
+        faces += piece.mesh.blocks[k].face_sizes.size();
+      }
+    }
+    const size_t cells = cells_[b].size();
+    to.connectivity.reserve(corners);
+    to.offsets.reserve(cells + 1);
+    if (to.type == CellType::mixed) to.types.reserve(cells);
+    if (!has_faces) return;
+    to.face_sizes.reserve(faces);
+    to.cell_faces.reserve(cells + 1);
   }
   /// Corners of a block whose cells have as many corners each.
   void take_corners(size_t b, CellBlock& to) const {
