@@ -27,16 +27,10 @@ inline int32_t ordered_bits(float number) {
 inline int64_t ordered_bits(double number) {
   return ordered(bits_as<int64_t>(number));
 }
-inline float from_ordered(int32_t code) {
-  return bits_as<float>(ordered(code));
-}
-inline double from_ordered(int64_t code) {
-  return bits_as<double>(ordered(code));
-}
 
 /// The bits of a double as a float: of the nearest finite one, or one of the same kind if it is infinite or
 /// NaN, with the bits that fit. NaNs go by their bits, as conversions of NaN differ among processors.
-inline uint32_t bits_as_float(double number) {
+inline uint32_t narrowed_bits(double number) {
   constexpr double largest = std::numeric_limits<float>::max();
   constexpr double infinity = std::numeric_limits<double>::infinity();
   if (number == number) {
@@ -47,7 +41,7 @@ inline uint32_t bits_as_float(double number) {
   return static_cast<uint32_t>(bits >> 63 << 31 | 0x7f800000 | (bits >> 29 & 0x7fffff));
 }
 /// And back: the bits of a double from those of a float, the same on all machines.
-inline uint64_t bits_as_double(uint32_t float_bits) {
+inline uint64_t widened_bits(uint32_t float_bits) {
   const auto number = bits_as<float>(float_bits);
   if (number == number) return bits_as<uint64_t>(static_cast<double>(number));
   const uint64_t bits = float_bits;

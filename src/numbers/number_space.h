@@ -113,7 +113,7 @@ class NumberSpace {
   int64_t code_of(const std::byte* number) const {
     if (factor_ == 0) return plain_code_of(number);
     std::array<std::byte, 8> plain;
-    store(plain.data(), bits_as_float(load<double>(number) / factor_));
+    store(plain.data(), narrowed_bits(load<double>(number) / factor_));
     return plain_code_of(plain.data());
   }
   void store_number(int64_t code, std::byte* out) const {
@@ -122,7 +122,7 @@ class NumberSpace {
     store_plain(code, bytes.data());
     const auto plain = load<float>(bytes.data());
     if (plain == plain) return store(out, static_cast<double>(plain) * factor_);
-    store(out, bits_as_double(load<uint32_t>(bytes.data())));
+    store(out, widened_bits(load<uint32_t>(bytes.data())));
   }
   double place_of(int64_t code) const {
     if (digits_) return digits_.number_of(code);
@@ -130,7 +130,7 @@ class NumberSpace {
     if (!map_->table.empty()) return map_->value_of(type_, code);
     if (!ordered_) return static_cast<double>(code);
     if (type_ != Scalar::f32) return map_->value_of(type_, code);
-    const float value = from_ordered(static_cast<int32_t>(code));
+    const auto value = bits_as<float>(ordered(static_cast<int32_t>(code)));
     return value == value ? static_cast<double>(value) : 0;
   }
   int64_t code_near(double place) const {

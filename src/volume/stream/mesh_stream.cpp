@@ -149,9 +149,9 @@ std::optional<Array> as_floats(const Array& array) {
   const auto out = floats.values<float>();
   size_t left = numbers.size() / 128;
   for (size_t i = 0; i < numbers.size(); ++i) {
-    const uint32_t bits = bits_as_float(numbers[i]);
+    const uint32_t bits = narrowed_bits(numbers[i]);
     store(&out[i], bits);
-    if (bits_as_double(bits) == bits_as<uint64_t>(numbers[i])) continue;
+    if (widened_bits(bits) == bits_as<uint64_t>(numbers[i])) continue;
     if (left-- == 0) return {};
   }
   return floats;

@@ -78,8 +78,9 @@ Array widened(const Array& array) {
   if (array.type != Scalar::f32) return array;
   Array wide = make_array(array.name, array.domain, Scalar::f64, array.components);
   wide.resize(array.count());
-  for (size_t i = 0; i < array.values<float>().size(); ++i)
-    store(&wide.values<double>()[i], bits_as_double(bits_as<uint32_t>(array.values<float>()[i])));
+  const auto from = array.values<float>();
+  const auto to = wide.values<double>();
+  for (size_t i = 0; i < from.size(); ++i) store(&to[i], widened_bits(bits_as<uint32_t>(from[i])));
   return wide;
 }
 
