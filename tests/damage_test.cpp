@@ -1,6 +1,7 @@
 #include "support/cases.h"
 #include "support/codec.h"
 #include "support/data.h"
+#include "support/files.h"
 #include "support/random.h"
 #include "support/random_mesh.h"
 #include "support/shapes.h"
@@ -8,8 +9,6 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <numeric>
 #include <set>
 
@@ -161,11 +160,6 @@ TEST(Damage, OtherFilesAreRefused) {
   }
 }
 
-std::string content_of(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
-
 /// Files with good checksums and bad intentions, each beside its exit code and sentence: x.maille,
 /// x.maille.error.
 TEST(Damage, HostileFilesAreNamedInOneSentence) {
@@ -173,13 +167,13 @@ TEST(Damage, HostileFilesAreNamedInOneSentence) {
   for (const auto& entry : std::filesystem::directory_iterator(tests_folder() + "/corrupt/maille")) {
     const std::string path = entry.path().string();
     if (!std::filesystem::exists(path + ".error")) continue;
-    const std::string bytes = content_of(path);
+    const std::string bytes = read_text(path);
     const auto source = memory_source(std::as_bytes(std::span(bytes)), entry.path().filename().string());
     DecodeOptions options;
     options.limits.mesh_bytes = 64 << 20;
     const auto decoded = decode(*source, options);
     ASSERT_FALSE(decoded) << path;
-    std::string expected = content_of(path + ".error");
+    std::string expected = read_text(path + ".error");
     expected.pop_back();
     EXPECT_EQ(std::to_string(static_cast<int>(decoded.error().code)) + " " + decoded.error().message,
               expected);

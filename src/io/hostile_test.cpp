@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 
 #include "io/same_mesh.h"
 #include "support/cases.h"
 #include "support/data.h"
+#include "support/files.h"
 #include "support/random.h"
 #include "support/random_mesh.h"
 #include "support/random_volume.h"
@@ -19,18 +19,13 @@ namespace {
 
 using ::testing::HasSubstr;
 
-std::string content_of(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
-
 /// Every file beside its sentence: x.ply and x.ply.error.
 TEST(CorruptFiles, AreNamedInOneSentence) {
   unsigned files = 0;
   for (const auto& entry : std::filesystem::directory_iterator(testing::tests_folder() + "/corrupt/io")) {
     const std::string path = entry.path().string();
     if (!std::filesystem::exists(path + ".error")) continue;
-    const std::string text = content_of(path);
+    const std::string text = testing::read_text(path);
     const std::string name = entry.path().filename().string();
     const auto source = memory_source(std::as_bytes(std::span(text.data(), text.size())), name);
     ReadOptions options;
@@ -38,7 +33,7 @@ TEST(CorruptFiles, AreNamedInOneSentence) {
     const auto result = read_mesh(*source, options);
     ASSERT_FALSE(result) << name;
     if (result.error().message.find("built without HDF5") != std::string::npos) continue;
-    std::string expected = content_of(path + ".error");
+    std::string expected = testing::read_text(path + ".error");
     expected.pop_back();
     EXPECT_EQ(std::to_string(static_cast<int>(result.error().code)) + " " + result.error().message, expected);
     ++files;

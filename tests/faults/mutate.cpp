@@ -8,6 +8,7 @@
 #include <maille/file.h>
 #include <maille/io.h>
 
+#include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -125,30 +126,31 @@ double dearest_of(const std::vector<const Seed*>& seeds) {
 /// Files of one mode, damaged one by one.
 class DamagedMode {
  public:
-  DamagedMode(Mode mode, std::string name, const std::vector<Seed>& all)
-      : mode_(mode), name_(std::move(name)), all_(all) {
+  DamagedMode(Mode mode, std::string name, const std::vector<Seed>& all, Counts& counts)
+      : mode_(mode), name_(std::move(name)), all_(all), counts_(counts) {
     for (const Seed& seed : all) {
       if (seed.mode == mode) seeds_.push_back(&seed);
     }
+    counts_.intact_byte = dearest_of(seeds_);
   }
-  double dearest_intact() const { return dearest_of(seeds_); }
 
-  void ask(uint64_t number, Counts& counts) const {
+  void ask(uint64_t number) const {
     Random random(number * 4 + static_cast<uint64_t>(mode_));
     const Seed& seed = *seeds_[random.below(seeds_.size())];
     const Mutation damaged = mutated(seed, all_, random);
-    ++counts.files;
-    counts.mended += damaged.mended ? 1 : 0;
+    ++counts_.files;
+    counts_.mended += damaged.mended ? 1 : 0;
     const Run run(name_, seed.name, number);
     std::vector<Answer> answers;
-    measured(counts, run, damaged.bytes, [&] { answers = ask_everything(damaged.bytes, limits); });
-    count_answers(answers, seed, damaged, run, counts);
+    measured(counts_, run, damaged.bytes, [&] { answers = ask_everything(damaged.bytes, limits); });
+    count_answers(answers, seed, damaged, run, counts_);
   }
 
  private:
   Mode mode_;
   std::string name_;
   const std::vector<Seed>& all_;
+  Counts& counts_;
   std::vector<const Seed*> seeds_;
 };
 
@@ -274,7 +276,6 @@ uint64_t print_table(const std::map<std::string, Counts>& all) {
         counts.most_seconds, 1e6 * counts.dearest_byte, 1e6 * counts.intact_byte);
     wrong += counts.wrong;
   }
-  std::fflush(stdout);
   return wrong;
 }
 
@@ -284,15 +285,12 @@ int run(uint64_t count, uint64_t first, double seconds) {
   const std::vector<ForeignFile> foreign = foreign_files();
   std::map<std::string, Counts> all;
   ask_known(all["found before"]);
-  std::vector<std::pair<DamagedMode, Counts*>> modes;
-  for (const auto& [mode, name] : {std::pair(Mode::single, "single"), std::pair(Mode::stream, "stream"),
-                                   std::pair(Mode::random, "random")}) {
-    modes.emplace_back(DamagedMode(mode, name, seeds), &all[name]);
-    all[name].intact_byte = modes.back().first.dearest_intact();
-  }
+  const std::array<DamagedMode, 3> modes = {DamagedMode(Mode::single, "single", seeds, all["single"]),
+                                            DamagedMode(Mode::stream, "stream", seeds, all["stream"]),
+                                            DamagedMode(Mode::random, "random", seeds, all["random"])};
   const double start = processor_seconds();
   for (uint64_t number = first; number < first + count && processor_seconds() - start < seconds; ++number) {
-    for (const auto& [mode, counts] : modes) mode.ask(number, *counts);
+    for (const DamagedMode& mode : modes) mode.ask(number);
     for (uint64_t turn = 0; turn < foreign_each; ++turn)
       damage_foreign(foreign, number * foreign_each + turn, all["readers"]);
   }

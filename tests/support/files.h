@@ -10,7 +10,9 @@
 
 namespace maille::testing {
 
-/// Whole files of bytes. False: it could not be written.
+// Whole files.
+
+/// False: it could not be written.
 inline bool write_bytes(const std::filesystem::path& path, std::span<const std::byte> bytes) {
   std::ofstream file(path, std::ios::binary);
   file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
@@ -18,10 +20,13 @@ inline bool write_bytes(const std::filesystem::path& path, std::span<const std::
   return file.good();
 }
 
-/// None where there is no such file.
-inline std::vector<std::byte> read_bytes(const std::filesystem::path& path) {
+/// Empty where there is no such file.
+inline std::string read_text(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
-  const std::string text(std::istreambuf_iterator<char>(file), {});
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+inline std::vector<std::byte> read_bytes(const std::filesystem::path& path) {
+  const std::string text = read_text(path);
   const auto bytes = std::as_bytes(std::span(text));
   return {bytes.begin(), bytes.end()};
 }

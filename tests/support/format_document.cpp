@@ -1,15 +1,13 @@
 #include "support/format_document.h"
 #include "support/data.h"
+#include "support/files.h"
 
-#include <fstream>
-#include <iterator>
 #include <sstream>
 
 namespace maille::testing {
 
 std::string document(const std::string& name) {
-  std::ifstream file(tests_folder() + "/../docs/" + name);
-  return {std::istreambuf_iterator<char>(file), {}};
+  return read_text(tests_folder() + "/../docs/" + name);
 }
 
 std::string format_document() {

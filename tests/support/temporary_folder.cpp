@@ -5,7 +5,8 @@
 
 #include <filesystem>
 #include <fstream>
-#include <iterator>
+
+#include "support/files.h"
 
 namespace maille::testing {
 
@@ -25,8 +26,7 @@ std::string TemporaryFolder::write(const std::string& name, std::string_view byt
 }
 
 std::string TemporaryFolder::read(const std::string& name) const {
-  std::ifstream file(path(name), std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
+  return read_text(path(name));
 }
 
 std::set<std::string> TemporaryFolder::names() const {

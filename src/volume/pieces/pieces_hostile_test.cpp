@@ -36,8 +36,8 @@ std::vector<std::byte> file_with_step() {
   EncodeOptions options = kept(2);
   options.most_cells_per_part = 30;
   const std::vector<std::byte> bytes = encoded(mesh_at(0), options);
-  const std::string path =
-      folder.write("steps.maille", {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  const std::string path = folder.path("steps.maille");
+  write_bytes(path, bytes);
   EXPECT_TRUE(append_step(path, 1, mesh_at(10)));
   const auto source = *file_source(path);
   std::vector<std::byte> all(source->size());
@@ -172,8 +172,7 @@ TEST(PiecesHostile, FilesThatLieAreNamedInOneSentence) {
   unsigned files = 0;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     if (entry.path().extension() != ".maille") continue;
-    std::ifstream error(entry.path().string() + ".error");
-    const std::string expected(std::istreambuf_iterator<char>(error), {});
+    const std::string expected = read_text(entry.path().string() + ".error");
     const std::vector<std::byte> bytes = read_bytes(entry.path());
     const auto found = decoded_into_parts(*memory_source(bytes, entry.path().filename().string()));
     ASSERT_FALSE(found) << entry.path();
